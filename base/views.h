@@ -1,0 +1,37 @@
+// views.h - calibrated, matted photographs: what capture makes and reconstruct takes
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_BASE_VIEWS_H
+#define VT_BASE_VIEWS_H
+
+#include "base/camera.h"
+#include "base/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum vt_role { VT_TRAIN, VT_TEST } vt_role; // VT_TEST: never looked at by reconstruct, only judged against
+
+typedef struct vt_view {
+  char *name;       // file name within its capture, forward slashes; owned
+  vt_role role;     //
+  vt_camera camera; // width and height are the picture's
+  vt_image picture; // straight RGBA; alpha is the matte; foreground colours where 0 < alpha < 1
+} vt_view;
+
+typedef struct vt_views {
+  int count;
+  vt_view *items; // owned, each with its name and picture
+} vt_views;
+
+void vt_free_views(vt_context *, vt_views *);
+int vt_count_views(const vt_views *, vt_role);
+// A shallow choice: `out->items` is a new array (free it with vt_free only) whose names and pictures are borrowed.
+vt_status vt_select_views(vt_context *, const vt_views *, vt_role, vt_views *out);
+// Gives every n-th VT_TRAIN view (the n-th, 2n-th, ...) the role VT_TEST. n < 2 changes nothing.
+void vt_hold_out(vt_views *, int n);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,182 @@
+// octree.h - cells, the walk of a ray through them, billboard tiles, compositing, and the .vtree file
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_OCTREE_OCTREE_H
+#define VT_OCTREE_OCTREE_H
+
+#include "base/camera.h"
+#include "base/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ==== cells ==========================================================================================================
+
+#define VT_MAX_LEVEL 10
+#define VT_NO_CELL UINT32_MAX
+
+// Where cells are: bricks of brick_edge^3 cells (4 for branching 2, 3 for branching 3), one entry each. Since cells are
+// in Morton order, the cells of a brick are neighbours in every array: cell = first + popcount(mask below its bit).
+typedef struct vt_brick {
+  uint64_t mask;  // bit = Morton number of the cell within the brick
+  uint32_t first; // index of the brick's first cell
+} vt_brick;
+
+// The occupied cells of one level, in Morton order, as structure of arrays. A cell's edge is root edge / branching^level.
+typedef struct vt_level {
+  uint32_t cell_count;
+  int axis_cells;         // branching^level, cells along an edge of the root
+  uint16_t *x, *y, *z;    // [cell_count] 0..axis_cells-1; owned
+  float *optical_depth;   // [cell_count] extinction times the cell's edge, >= 0, dimensionless; owned
+  float *colour;          // [cell_count][3] sRGB-encoded 0..1, the cell's own colour; owned
+  int axis_bricks;        // ceil(axis_cells / brick_edge)
+  vt_brick *bricks;       // [axis_bricks^3] x fastest, then y, then z; owned
+} vt_level;
+
+typedef struct vt_octree {
+  vt_vec3 origin;  // world, the corner of the root cube with the smallest coordinates
+  double edge;     // world, > 0
+  int branching;   // 2; 3 for the tri-grid of [RMMD04]
+  int level_count; // leaf level + 1
+  vt_level levels[VT_MAX_LEVEL + 1];
+} vt_octree;
+
+void vt_free_level(vt_context *, vt_level *);
+void vt_free_octree(vt_context *, vt_octree *);
+// Morton number of a cell: base-`branching` digits of x, y, z interleaved, x lowest.
+uint64_t vt_morton(int branching, uint32_t x, uint32_t y, uint32_t z);
+// A level of `count` cells at the given coordinates (any order, no doubles: asserted), sorted into Morton order, opacity
+// and colour zero, bricks built. VT_OUT_OF_MEMORY.
+vt_status vt_make_level(vt_context *, int branching, int level, size_t count, const uint16_t (*xyz)[3], vt_level *out);
+// The children of those parents with keep[i] != 0 (keep NULL: all): branching^3 cells each; colour copied; optical depth
+// divided by branching, so that every ray's alpha is unchanged (METHODS 1.2 c).
+vt_status vt_split_level(vt_context *, int branching, int level, const vt_level *parent, const uint8_t *keep,
+                         vt_level *out_children);
+// The cells of `level` with keep[i] != 0, with their values.
+vt_status vt_filter_level(vt_context *, int branching, int level_number, const vt_level *level, const uint8_t *keep,
+                          vt_level *out);
+// Index of the cell at integer coordinates, or VT_NO_CELL (also outside the root).
+uint32_t vt_find_cell(const vt_level *, int branching, int x, int y, int z);
+double vt_cell_edge(const vt_octree *, int level);                         // world
+vt_vec3 vt_cell_centre(const vt_octree *, int level, uint32_t cell);       // world
+
+// ==== the walk of a ray ==============================================================================================
+
+typedef struct vt_segment {
+  uint32_t cell;
+  float entry;  // distance from the ray's origin where the ray enters the cell, in edges of a cell of this level, >= 0
+  float length; // chord within the cell, same unit, > 0
+} vt_segment;
+
+// Most segments a ray can have on a level.
+size_t vt_max_segments(const vt_level *);
+// The occupied cells that a ray meets, front to back, each once; cells are half-open, chords of all cells (occupied or
+// not) sum to the ray's length in the root cube. Rays that start inside start there. Chords below 1e-5 edges are
+// dropped. Writes at most vt_max_segments; returns their number. Integer stepping after Amanatides & Woo 1987.
+size_t vt_walk_ray(const vt_octree *, int level, const vt_ray *, vt_segment *out);
+
+// ==== order ==========================================================================================================
+
+// Cells of one level, far to near as seen from `eye` (world), exact for every eye outside or inside: on a uniform grid
+// the number of cell planes between eye and cell (|dx|+|dy|+|dz| in cells) grows along every ray, so a counting sort of
+// that small integer suffices. order[cell_count] is written. Ties never occlude each other and keep Morton order.
+vt_status vt_order_back_to_front(vt_context *, const vt_octree *, int level, vt_vec3 eye, uint32_t *order);
+
+// ==== billboard tiles ================================================================================================
+
+#define VT_NO_TILE UINT32_MAX
+
+// The billboard textures of one level. A tile belongs to one (view, cell): texel_edge^2 texels of straight RGBA on the
+// plane through the cell's centre that faces the view's camera. Colour is sRGB-encoded. Alpha is the opacity of a FULL
+// cell edge; what a ray meets is 1 - (1 - alpha)^(chord / edge), so the chord clips a billboard exactly to its cell.
+typedef struct vt_tiles {
+  int view_count;
+  uint32_t cell_count;
+  uint32_t tile_count;
+  uint32_t *tile_of;      // [view_count][cell_count] tile number, or VT_NO_TILE where pruned; owned
+  uint8_t *texels;        // [tile_count][texel_edge][texel_edge][4] RGBA; NULL if packed; owned
+  uint16_t *alpha_code;   // [tile_count] codeword of the alpha codebook; NULL if raw; owned
+  uint16_t *colour_code;  // [tile_count] codeword of the colour codebook; NULL if raw; owned
+} vt_tiles;
+
+typedef struct vt_codebook {
+  int codeword_count; // 0..65536
+  int channels;       // 1 (alpha) or 3 (sRGB)
+  uint8_t *codewords; // [codeword_count][texel_edge][texel_edge][channels]; owned
+} vt_codebook;
+
+// Where a cell's tile of view v lies in the picture plane of that view: a square of side `side` pixels around the
+// projection of the cell's centre, texel rows along the picture's rows.
+typedef struct vt_tile_frame {
+  float left, top;   // pixels of the view's camera
+  float texel_scale; // texels per pixel: texel_edge / side; 0 if the centre is not in front of the camera
+} vt_tile_frame;
+// `tile_side`: side of a tile in projected cell edges (vt_tree.tile_side).
+vt_tile_frame vt_tile_frame_of(const vt_camera *, vt_vec3 cell_centre, double cell_edge, double tile_side,
+                               int texel_edge);
+
+// ==== the tree =======================================================================================================
+
+// The noun from which pictures are drawn, raw (texels) or packed (codes and codebooks).
+typedef struct vt_tree {
+  vt_octree octree;
+  int texel_edge;                   // 4; 8 for the baseline of [RMMD04]
+  float tile_side;                  // side of a tile in projected cell edges, 1..1.8
+  int view_count;                   //
+  vt_camera *cameras;               // [view_count] the photographs' cameras; owned
+  vt_tiles tiles[VT_MAX_LEVEL + 1]; // by level; view_count 0 where a level has no textures
+  vt_codebook alpha_codebook, colour_codebook; // empty if raw
+  char *metadata;                   // JSON object: source, options, statistics, "held_out": [names]; never NULL in a
+                                    // complete tree; owned
+} vt_tree;
+
+bool vt_is_packed(const vt_tree *);
+void vt_free_tiles(vt_context *, vt_tiles *);
+void vt_free_tree(vt_context *, vt_tree *);
+uint64_t vt_texture_bytes(const vt_tree *); // bytes of textures in memory: texels, or codes and codebooks
+// A deep copy of everything but tiles and codebooks.
+vt_status vt_copy_tree_without_tiles(vt_context *, const vt_tree *, vt_tree *out);
+
+// ==== compositing ====================================================================================================
+
+// How the textures of the chosen views become one colour and opacity of a cell.
+typedef enum vt_blend {
+  VT_BLEND_SUM,      // one premultiplied sum per cell: rgba = sum_v w_v (alpha_v rgb_v, alpha_v) [Meyer 2001, LRMDM06]
+  VT_BLEND_GEOMETRIC // optical depths by weighted geometric mean, colours by depth-weighted mean (METHODS 9)
+} vt_blend;
+
+#define VT_MAX_BLEND_VIEWS 8
+typedef struct vt_view_weights {
+  int count;                        // 1..VT_MAX_BLEND_VIEWS
+  int view[VT_MAX_BLEND_VIEWS];     // indices of tree.cameras
+  float weight[VT_MAX_BLEND_VIEWS]; // > 0, sum 1
+} vt_view_weights;
+
+// What one cell shows to a fragment (the one definition that the CPU and the OpenGL renderer both follow):
+//  X  = where the pixel's ray meets the plane through the cell's centre that is parallel to the picture plane;
+//  each chosen view v that has a tile: texture coordinates of pi_v(X) in the tile's frame, clamped to the centres of the
+//  outer texels, bilinear; weights of views without a tile go to those that have one; no tile at all: nothing is drawn;
+//  chord exponent and blend as above. Colours are composited on sRGB-encoded values.
+// Draws a picture of `level` front to back with early termination at transmittance 1e-4, tiled and threaded.
+// out: premultiplied RGBA of the camera's size, caller frees. flat != 0: the cells' own optical depth and colour, no tiles
+// (weights may then be NULL).
+vt_status vt_composite(vt_context *, const vt_tree *, int level, const vt_view_weights *, vt_blend, bool flat,
+                       const vt_camera *, vt_fimage *out);
+
+// ==== the .vtree file (docs/format.md) ===============================================================================
+
+typedef struct vt_file_report {
+  uint64_t file_bytes, cell_bytes, index_bytes, code_bytes, codebook_bytes, texel_bytes; // as stored
+} vt_file_report;
+// Writes to a temporary name, flushes, renames. VT_FAILED naming the file.
+vt_status vt_write_tree(vt_context *, const vt_tree *, const char *path, vt_file_report *or_null);
+// Trusts nothing: VT_BAD_INPUT naming file, chunk and the reason, nothing allocated is left. Caller frees `out`.
+vt_status vt_read_tree(vt_context *, const char *path, vt_tree *out, vt_file_report *or_null);
+// The same from bytes in memory, `name` for the sentence.
+vt_status vt_parse_tree(vt_context *, const uint8_t *bytes, size_t size, const char *name, vt_tree *out,
+                        vt_file_report *or_null);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,58 @@
+// reconstruct.h - views to opacity octree to billboard tiles
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_RECONSTRUCT_RECONSTRUCT_H
+#define VT_RECONSTRUCT_RECONSTRUCT_H
+
+#include "base/views.h"
+#include "octree/octree.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum vt_method { VT_METHOD_2004, VT_METHOD_2006, VT_METHOD_BEST } vt_method; // RMMD04, LRMDM06, ours
+typedef enum vt_preset { VT_PRESET_DRAFT, VT_PRESET_NORMAL, VT_PRESET_HIGH } vt_preset;
+
+typedef struct vt_reconstruct_desc {
+  uint32_t cookie;
+  vt_method method;
+  vt_preset preset;
+  int leaf_level;         // 1..VT_MAX_LEVEL; 0: the level at which a texel is about a pixel of the photographs
+  double time_budget;     // seconds of wall time for opacity and textures; 0: none. Fewer iterations and levels are done.
+  double hidden_threshold; // a cell hidden behind more than this opacity (0..1) is invisible from a view [LRMDM06 3.2]
+} vt_reconstruct_desc;
+// 2004: branching 3, 8x8 texels, log-domain SART. 2006: octree, 4x4, log-domain SART, pruning. best: octree, 4x4,
+// transmittance-domain tomography and a joint fit of opacity and colour.
+vt_reconstruct_desc vt_default_reconstruct_desc(vt_method, vt_preset);
+
+typedef struct vt_level_report {
+  int level;
+  uint32_t hull_cells, cells;             // before and after pruning by opacity
+  uint64_t billboards_before, billboards; // (view, cell) pairs before and after pruning by visibility
+  uint64_t rays;                          // per iteration
+  double saturated_share;                 // of the rays, alpha > 0.99
+  double alpha_rmse;                      // of the training rays after the last iteration
+  double seconds_opacity, seconds_tiles;
+} vt_level_report;
+
+typedef struct vt_reconstruct_report {
+  int leaf_level;
+  double seconds_bounds, seconds_hull, seconds_opacity, seconds_colour, seconds_tiles;
+  uint64_t peak_bytes_opacity, peak_bytes_tiles;
+  uint64_t estimated_bytes; // printed before the work starts
+  vt_level_report levels[VT_MAX_LEVEL + 1];
+} vt_reconstruct_report;
+
+// All stages below in order, on the VT_TRAIN views only; out is a raw tree, metadata "{}". VT_BAD_INPUT (views that see
+// no tree, or no volume in common), VT_TOO_FEW_VIEWS (no view at all), VT_OUT_OF_MEMORY, VT_CANCELLED. Caller frees.
+vt_status vt_reconstruct(vt_context *, const vt_reconstruct_desc *, const vt_views *, vt_tree *out,
+                         vt_reconstruct_report *or_null);
+
+// The trivial predictor that every method must beat: the hull at `level` with one mean colour per cell, opaque.
+// out: a tree without tiles, to be drawn flat.
+vt_status vt_reconstruct_hull(vt_context *, const vt_views *, int level, vt_tree *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,51 @@
+// render.h - pictures of a tree: which views, which level, OpenGL or CPU
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_RENDER_RENDER_H
+#define VT_RENDER_RENDER_H
+
+#include "octree/octree.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum vt_backend { VT_BACKEND_AUTO, VT_BACKEND_GL, VT_BACKEND_CPU } vt_backend; // auto: GL if it works, else CPU
+
+typedef struct vt_render_desc {
+  uint32_t cookie;
+  int level;          // 0..; -1: chosen by distance
+  double texel_pixels; // level by distance: the coarsest level whose texels are at most this many pixels; default 1
+  int blend_views;    // k closest views, 1..VT_MAX_BLEND_VIEWS
+  vt_blend blend;
+  bool flat;          // cells' own colours, no textures
+} vt_render_desc;
+vt_render_desc vt_default_render_desc(void);
+
+// The k views whose directions (from the tree's centre) are closest to the eye's, weights (1/angle)(1 - angle/(1.05 *
+// angle of view k+1)), normalised: they fall to zero where the choice changes. (Unstructured Lumigraph, Buehler 2001.)
+vt_view_weights vt_choose_views(const vt_tree *, vt_vec3 eye, int k);
+// The coarsest level with textures whose texels are at most texel_pixels at the distance of the tree's nearest point;
+// the finest where none is fine enough. [LRMDM06 3.3]
+int vt_choose_level(const vt_tree *, const vt_camera *, double texel_pixels);
+
+typedef struct vt_renderer vt_renderer;
+typedef struct vt_render_report {
+  vt_backend backend; // used
+  int level;
+  uint64_t billboards; // drawn
+  double seconds_order, seconds_draw;
+} vt_render_report;
+
+// Keeps what drawing needs of `tree` (which must outlive it); the OpenGL renderer uploads each level once, when it is
+// first drawn. GL: an EGL context without a display. VT_MISSING_PROGRAM if the back end is not there.
+vt_status vt_create_renderer(vt_context *, const vt_tree *tree, vt_backend, vt_renderer **out);
+void vt_destroy_renderer(vt_context *, vt_renderer *);
+// A picture of the camera's size, premultiplied RGBA; the caller frees it.
+vt_status vt_render(vt_context *, vt_renderer *, const vt_render_desc *, const vt_camera *, vt_fimage *out,
+                    vt_render_report *or_null);
+const char *vt_renderer_name(const vt_renderer *); // "CPU", or "OpenGL: ..." with driver and version
+
+#ifdef __cplusplus
+}
+#endif
+#endif
