@@ -1,0 +1,2 @@
+// image_file_none.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// image_metrics.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// json_jansson.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// json_writer.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

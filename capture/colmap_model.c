@@ -1,0 +1,2 @@
+// colmap_model.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// colmap_run.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

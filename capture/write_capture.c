@@ -1,0 +1,2 @@
+// write_capture.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

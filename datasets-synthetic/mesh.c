@@ -1,0 +1,2 @@
+// mesh.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

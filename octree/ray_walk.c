@@ -1,0 +1,2 @@
+// ray_walk.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

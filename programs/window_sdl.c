@@ -1,0 +1,2 @@
+// window_sdl.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

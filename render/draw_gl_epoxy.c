@@ -1,0 +1,2 @@
+// draw_gl_epoxy.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// draw_gl_none.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

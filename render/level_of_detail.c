@@ -1,0 +1,2 @@
+// level_of_detail.c - to come
+// SPDX-License-Identifier: BSD-3-Clause

@@ -1,0 +1,2 @@
+// view_weights.c - to come
+// SPDX-License-Identifier: BSD-3-Clause
