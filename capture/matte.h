@@ -1,0 +1,24 @@
+// matte.h - alpha from a plain backdrop or a sky, and colours without it
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_CAPTURE_MATTE_H
+#define VT_CAPTURE_MATTE_H
+
+#include "base/image.h"
+#include "capture/capture.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// Straight RGBA from an RGB picture: alpha from a plain backdrop, or from a sky for VT_MATTE_SKY; foreground colours
+// estimated. `name` is the photograph's, for messages. The caller frees `out_rgba`.
+vt_status vt_matte_backdrop(vt_context *, vt_matte_mode mode, const vt_image *rgb, const char *name,
+                            vt_image *out_rgba);
+
+// Replaces the colours where alpha is below 1 by estimated foreground colours, so that no backdrop bleeds in. In place.
+vt_status vt_estimate_foreground(vt_context *, vt_image *rgba);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,30 @@
+// cells.h - what the files of octree/ share about bricks
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_OCTREE_CELLS_H
+#define VT_OCTREE_CELLS_H
+
+#include "octree/octree.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+static inline int vt_brick_edge(int branching) { return branching == 2 ? 4 : 3; }
+
+// Morton number of a cell within its brick; x, y, z are 0..brick_edge-1.
+static inline unsigned vt_brick_bit(int branching, unsigned x, unsigned y, unsigned z) {
+  if (branching == 3) return x + 3 * y + 9 * z;
+  return (x & 1u) | (y & 1u) << 1 | (z & 1u) << 2 | (x & 2u) << 2 | (y & 2u) << 3 | (z & 2u) << 4;
+}
+
+static inline unsigned vt_count_bits(uint64_t v) { return (unsigned)__builtin_popcountll(v); }
+
+// Fills axis_bricks and bricks of a level whose cells stand in Morton order.
+vt_status vt_build_bricks(vt_context *, int branching, vt_level *);
+// Arrays for `count` cells, zeroed; axis_cells set; no bricks yet.
+vt_status vt_allocate_level(vt_context *, int branching, int level, size_t count, vt_level *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
