@@ -1,2 +1,311 @@
-// backdrop.c - to come
+// backdrop.c - alpha of a plant before a plain backdrop or a sky
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// 1. backdrop_model.c says how far, in standard deviations, each pixel is from the backdrop around it.
+// 2. Trimap by two thresholds, as Canny's: what is connected to something beyond SURE counts from DOUBTFUL on; specks are
+//    dropped. Certainly plant: two pixels inside of that. Certainly backdrop: three pixels outside.
+// 3. In the band between, both ends of the colour line are known, spread from the certain pixels around (F from the plant
+//    inside, B from the backdrop outside):   alpha = <I-B, F-B> / |F-B|^2   (Ruzon, Tomasi, "Alpha estimation in natural
+//    images", CVPR 2000, with one colour a side). It cannot be below what 0 <= F <= 1 demands with B known:
+//    alpha >= max_c max((I_c-B_c)/(1-B_c), (B_c-I_c)/B_c).
+// Twigs thinner than the band have no certain pixel; the ridge of such a twig stands for its colour if it is nearly as far
+// from the backdrop as thicker parts near it, so that thin stems are solid in their middle.
+// Propagation (closed-form, information flow) is not used: holes in a crown are islands that it does not reach, while the
+// colour line needs no neighbours. Colours are the encoded ones, as everywhere in voltree: alpha and F put over B give
+// the photograph back. F of the result comes from foreground.c.
+// What goes wrong: parts of the plant in the colour of the backdrop are lost; sharp-edged things of another colour stay.
+#include "capture/backdrop_model.h"
+#include "capture/matte.h"
+#include "capture/spread.h"
+#include <math.h>
+#include <string.h>
+
+#define DOUBTFUL 3.5f // standard deviations from which a pixel that hangs on the plant is no backdrop
+#define SURE 7.0f     // from which a pixel is plant
+#define STEPS 4.0f    // of the distance, per standard deviation, in a byte
+#define FEW 1e-5      // share of the picture below which a spot is a speck
+#define TWIG 0.55f    // alpha, by the colour of thick parts near it, above which a twig is taken as solid
+enum {
+  REACH = 3, // pixels over which an edge may be blurred
+  LEAST = 7, // half levels of contrast below which a pixel may be a halo of blurred chroma
+  PEAK = 85  // per cent of the highest contrast near it above which a pixel of a thin twig is its middle
+};
+
+enum { BACKDROP = 0, MAYBE = 1, PLANT = 2, INSIDE = 3, CORE = 4 }; // from MAYBE to INSIDE: colour line; CORE: certain
+
+typedef struct matte {
+  const vt_image *rgb;
+  int width, height;
+  size_t count;
+  uint8_t *distance; // [height][width], STEPS per standard deviation; later alpha
+  uint8_t *trimap;
+  uint8_t *contrast;
+  uint8_t *mask, *scratch;
+  uint32_t *stack;         // of pixels, for components
+} matte;
+
+static void measure(const vt_backdrop *backdrop, matte *m) {
+  for (int y = backdrop->y0; y < backdrop->y1; y++)
+    for (int x = backdrop->x0; x < backdrop->x1; x++) {
+      size_t p = (size_t)y * (size_t)m->width + (size_t)x;
+      m->distance[p] = (uint8_t)(STEPS * vt_backdrop_distance(backdrop, m->rgb->pixels + p * 3, x, y));
+    }
+}
+
+// Keeps the components of pixels beyond DOUBTFUL that hold enough pixels beyond SURE: PLANT and MAYBE in the trimap.
+static void keep_components(matte *m) {
+  const uint8_t doubtful = (uint8_t)(DOUBTFUL * STEPS), sure = (uint8_t)(SURE * STEPS);
+  size_t few = (size_t)(FEW * (double)m->count) + 2;
+  for (size_t seed = 0; seed < m->count; seed++) {
+    if (m->distance[seed] < sure || m->trimap[seed] != BACKDROP || m->mask[seed]) continue;
+    size_t size = 0, strong = 0;
+    m->mask[seed] = 1;
+    m->stack[size++] = (uint32_t)seed;
+    for (size_t next = 0; next < size; next++) { // the stack keeps the whole component
+      int x = (int)(m->stack[next] % (uint32_t)m->width), y = (int)(m->stack[next] / (uint32_t)m->width);
+      strong += m->distance[m->stack[next]] >= sure;
+      for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < m->height; j++)
+        for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < m->width; i++) {
+          size_t p = (size_t)j * (size_t)m->width + (size_t)i;
+          if (m->mask[p] || m->distance[p] < doubtful) continue;
+          m->mask[p] = 1;
+          m->stack[size++] = (uint32_t)p;
+        }
+    }
+    if (strong < few) continue;
+    for (size_t i = 0; i < size; i++) m->trimap[m->stack[i]] = m->distance[m->stack[i]] >= sure ? PLANT : MAYBE;
+  }
+}
+
+// mask = 1 where any pixel within `radius` (a square) is 1; in place through scratch.
+static void dilate(matte *m, int radius) {
+  for (int pass = 0; pass < 2; pass++) {
+    const uint8_t *from = pass ? m->scratch : m->mask;
+    uint8_t *to = pass ? m->mask : m->scratch;
+    int length = pass ? m->height : m->width, lines = pass ? m->width : m->height;
+    size_t step = pass ? (size_t)m->width : 1, next_line = pass ? 1 : (size_t)m->width;
+    for (int line = 0; line < lines; line++) {
+      const uint8_t *f = from + (size_t)line * next_line;
+      uint8_t *t = to + (size_t)line * next_line;
+      int left = 0; // pixels still to set behind the last 1
+      for (int i = -radius; i < length; i++) {
+        if (i + radius < length && f[(size_t)(i + radius) * step]) left = 2 * radius + 1;
+        if (i >= 0) t[(size_t)i * step] = left > 0;
+        left -= left > 0;
+      }
+    }
+  }
+}
+
+// What is kept and deeper than `depth` pixels becomes `class`.
+static void mark_inside(matte *m, int depth, uint8_t class) {
+  for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] == BACKDROP;
+  dilate(m, depth);
+  for (size_t i = 0; i < m->count; i++)
+    if (m->trimap[i] != BACKDROP && !m->mask[i]) m->trimap[i] = class;
+}
+
+// From components to the trimap that is solved: MAYBE also two pixels around what is kept.
+static void make_trimap(matte *m) {
+  mark_inside(m, REACH + 1, INSIDE);
+  mark_inside(m, 2 * REACH, CORE);
+  for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] != BACKDROP;
+  dilate(m, 2);
+  for (size_t i = 0; i < m->count; i++)
+    if (m->trimap[i] == BACKDROP && m->mask[i]) m->trimap[i] = MAYBE;
+}
+
+// B: spread from what is three pixels away from anything kept.
+static vt_status spread_backdrop(vt_context *context, matte *m, vt_image *out) {
+  size_t known = 0;
+  for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] != BACKDROP;
+  dilate(m, 1);
+  for (size_t i = 0; i < m->count; i++) known += m->mask[i] = !m->mask[i];
+  if (!known)
+    for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] == BACKDROP;
+  return vt_spread_colours(context, m->rgb, m->mask, out);
+}
+
+// Place of a pixel on the line from B (0) to F (1); -1 where the two are too near each other to tell.
+static float on_colour_line(const uint8_t *i, const uint8_t *b, const uint8_t *f) {
+  float dot = 0, length2 = 0;
+  for (int c = 0; c < 3; c++) {
+    float d = (float)(f[c] - b[c]);
+    dot += d * (float)(i[c] - b[c]);
+    length2 += d * d;
+  }
+  return length2 < 12 * 12 ? -1 : fmaxf(dot / length2, 0);
+}
+
+// How far colours are from B, in half levels, where something is kept; into m->contrast.
+static void measure_contrast(matte *m, const vt_image *b) {
+  for (size_t p = 0; p < m->count; p++) {
+    float d2 = 0;
+    for (size_t c = 0; c < 3; c++) {
+      float d = (float)(m->rgb->pixels[p * 3 + c] - b->pixels[p * 3 + c]);
+      d2 += d * d;
+    }
+    m->contrast[p] = m->trimap[p] == BACKDROP ? 0 : (uint8_t)(0.5f * sqrtf(d2));
+  }
+}
+
+// scratch = the highest contrast within REACH (a square); mask is overwritten.
+static void find_peaks(matte *m) {
+  for (int pass = 0; pass < 2; pass++) {
+    const uint8_t *from = pass ? m->mask : m->contrast;
+    uint8_t *to = pass ? m->scratch : m->mask;
+    for (int y = 0; y < m->height; y++)
+      for (int x = 0; x < m->width; x++) {
+        size_t p = (size_t)y * (size_t)m->width + (size_t)x;
+        uint8_t best = 0;
+        int at = pass ? y : x, end = pass ? m->height : m->width;
+        for (int i = at > REACH ? at - REACH : 0; i <= at + REACH && i < end; i++) {
+          size_t q = pass ? (size_t)i * (size_t)m->width + (size_t)x : (size_t)y * (size_t)m->width + (size_t)i;
+          if (from[q] > best) best = from[q];
+        }
+        to[p] = best;
+      }
+  }
+}
+
+// scratch = 1 where mask is 0 at the pixel and at all but two, at most, of its eight neighbours; an edge has three.
+static void keep_insides(matte *m) {
+  for (int y = 0; y < m->height; y++)
+    for (int x = 0; x < m->width; x++) {
+      size_t p = (size_t)y * (size_t)m->width + (size_t)x;
+      int outside = 0;
+      m->scratch[p] = 0;
+      if (m->mask[p]) continue;
+      for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < m->height; j++)
+        for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < m->width; i++)
+          outside += m->mask[(size_t)j * (size_t)m->width + (size_t)i];
+      m->scratch[p] = outside <= 2;
+    }
+}
+
+// The plant's unmixed colours, spread. A blurred edge has half of the contrast beside it where the plant ends; unmixed is
+// what lies a pixel inside of that line, whatever its colour, and the shade in the inside. What is too thin for an inside is unmixed at its peak, if
+// that is far enough on the line to the colour of the thick parts near it.
+static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, vt_image *out) {
+  vt_image thick = {0};
+  size_t count = 0;
+  measure_contrast(m, b);
+  find_peaks(m);
+  for (size_t p = 0; p < m->count; p++) {
+    int here = m->contrast[p] < LEAST ? 0 : m->contrast[p], peak = m->scratch[p];
+    m->mask[p] = !here || 2 * here < peak;
+    m->contrast[p] = (uint8_t)((here && 100 * here >= PEAK * peak) | (here && 4 * here >= peak && m->trimap[p] >= INSIDE) << 1);
+  }
+  keep_insides(m);
+  for (size_t p = 0; p < m->count; p++) count += m->mask[p] = m->scratch[p] || (m->contrast[p] & 2);
+  vt_status status = VT_OK;
+  if (count) status = vt_spread_colours(context, m->rgb, m->mask, &thick);
+  if (status != VT_OK) return status;
+  for (size_t p = 0; p < m->count; p++) {
+    if (m->mask[p] || m->trimap[p] != PLANT || !(m->contrast[p] & 1)) continue;
+    m->mask[p] = !count || on_colour_line(m->rgb->pixels + p * 3, b->pixels + p * 3, thick.pixels + p * 3) > TWIG;
+  }
+  vt_free_image(context, &thick);
+  return vt_spread_colours(context, m->rgb, m->mask, out);
+}
+
+// What 0 <= F <= 255 demands, with a margin for what B is not known to.
+static float lowest_alpha(const uint8_t *i, const uint8_t *b) {
+  float least = 0;
+  for (int c = 0; c < 3; c++) {
+    float d = (float)(i[c] - b[c]), margin = 24;
+    float bound = d > 0 ? (d - margin) / (256 - (float)b[c]) : (-d - margin) / (1 + (float)b[c]);
+    least = fmaxf(least, bound);
+  }
+  return least;
+}
+
+// Alpha into m->distance.
+static void solve_alpha(matte *m, const vt_image *b, const vt_image *f) {
+  for (size_t p = 0; p < m->count; p++) {
+    float alpha = m->trimap[p] == BACKDROP ? 0 : 1;
+    if (m->trimap[p] == MAYBE || m->trimap[p] == PLANT) {
+      const uint8_t *i = m->rgb->pixels + p * 3, *bp = b->pixels + p * 3;
+      alpha = on_colour_line(i, bp, f->pixels + p * 3);
+      if (alpha < 0) alpha = ((float)m->distance[p] / STEPS - DOUBTFUL) / (2 * (SURE - DOUBTFUL));
+      alpha = fmaxf(alpha, lowest_alpha(i, bp));
+      alpha = alpha < 0.03f ? 0 : alpha > 0.98f ? 1 : alpha;
+    }
+    m->distance[p] = (uint8_t)(alpha * 255 + 0.5f);
+  }
+}
+
+static void show_trimap(vt_context *context, const matte *m, const char *name) {
+  vt_fimage image = {0};
+  char title[96];
+  snprintf(title, sizeof title, "trimap-%s", name);
+  for (char *c = title; *c; c++)
+    if (*c == '/' || *c == '.') *c = '-';
+  if (vt_make_fimage(context, m->width, m->height, 1, &image) != VT_OK) return;
+  for (size_t i = 0; i < m->count; i++) image.pixels[i] = (float)m->trimap[i] / 3;
+  vt_probe(context, title, &image);
+  vt_free_fimage(context, &image);
+}
+
+static vt_status make_matte(vt_context *context, const vt_matte_mode mode, const vt_image *rgb, matte *m) {
+  m->rgb = rgb;
+  m->width = rgb->width;
+  m->height = rgb->height;
+  m->count = (size_t)rgb->width * (size_t)rgb->height;
+  m->distance = VT_NEW(context, uint8_t, m->count);
+  m->trimap = VT_NEW(context, uint8_t, m->count);
+  m->contrast = VT_NEW(context, uint8_t, m->count);
+  m->mask = VT_NEW(context, uint8_t, m->count);
+  m->scratch = VT_NEW(context, uint8_t, m->count);
+  m->stack = VT_NEW(context, uint32_t, m->count);
+  if (!m->distance || !m->trimap || !m->contrast || !m->mask || !m->scratch || !m->stack) return VT_OUT_OF_MEMORY;
+  vt_backdrop backdrop;
+  vt_status status = vt_model_backdrop(context, mode, rgb, &backdrop);
+  if (status != VT_OK) return status;
+  measure(&backdrop, m);
+  vt_free_backdrop(context, &backdrop);
+  keep_components(m);
+  vt_free(context, m->stack);
+  m->stack = NULL;
+  make_trimap(m);
+  return VT_OK;
+}
+
+static void free_matte(vt_context *context, matte *m) {
+  vt_free(context, m->distance);
+  vt_free(context, m->trimap);
+  vt_free(context, m->contrast);
+  vt_free(context, m->mask);
+  vt_free(context, m->scratch);
+  vt_free(context, m->stack);
+}
+
+vt_status vt_matte_backdrop(vt_context *context, vt_matte_mode mode, const vt_image *rgb, const char *name,
+                            vt_image *out_rgba) {
+  VT_ASSERT(rgb->channels == 3 && rgb->width > 0 && rgb->height > 0);
+  VT_ASSERT((uint64_t)rgb->width * (uint64_t)rgb->height < UINT32_MAX);
+  memset(out_rgba, 0, sizeof *out_rgba);
+  matte m = {0};
+  vt_image b = {0}, f = {0};
+  vt_status status = make_matte(context, mode, rgb, &m);
+  if (status != VT_OK) goto done;
+  if (vt_wants_probes(context)) show_trimap(context, &m, name);
+  status = spread_backdrop(context, &m, &b);
+  if (status != VT_OK) goto done;
+  status = spread_plant(context, &m, &b, &f);
+  if (status != VT_OK) goto done;
+  solve_alpha(&m, &b, &f);
+  status = vt_make_image(context, rgb->width, rgb->height, 4, out_rgba);
+  if (status != VT_OK) goto done;
+  for (size_t i = 0; i < m.count; i++) {
+    memcpy(out_rgba->pixels + i * 4, rgb->pixels + i * 3, 3);
+    out_rgba->pixels[i * 4 + 3] = m.distance[i];
+  }
+  status = vt_estimate_foreground(context, out_rgba);
+done:
+  free_matte(context, &m);
+  vt_free_image(context, &b);
+  vt_free_image(context, &f);
+  if (status != VT_OK) vt_free_image(context, out_rgba);
+  return status;
+}

@@ -1,2 +1,365 @@
-// colmap_model.c - to come
+// colmap_model.c - reading a COLMAP sparse model, text or binary
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// COLMAP's output format (doc/format.rst of COLMAP): cameras, images, points3D; since 3.12 also rigs and frames, which say
+// nothing that images does not say for our use. Little-endian. cam_from_world as a quaternion (w, x, y, z), Hamilton's
+// convention, and a translation; the first pixel's centre is (0.5, 0.5). All of it is untrusted: the reader moves a
+// cursor that never passes the end of the file, and no count is believed before its bytes are there.
+
+#include "capture/colmap_model.h"
+#include "base/file.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#define MAX_SIDE 65535
+
+typedef struct camera_model {
+  const char *name;
+  int parameter_count; // their number in COLMAP's order is the id
+  bool usable;
+} camera_model;
+static const camera_model camera_models[] = {
+    {"SIMPLE_PINHOLE", 3, true}, {"PINHOLE", 4, true},        {"SIMPLE_RADIAL", 4, true},
+    {"RADIAL", 5, true},         {"OPENCV", 8, true},         {"OPENCV_FISHEYE", 8, true},
+    {"FULL_OPENCV", 12, true},   {"FOV", 5, false},           {"SIMPLE_RADIAL_FISHEYE", 4, false},
+    {"RADIAL_FISHEYE", 5, false}, {"THIN_PRISM_FISHEYE", 12, false}, {"RAD_TAN_THIN_PRISM_FISHEYE", 16, false}};
+#define MODEL_COUNT ((int)(sizeof camera_models / sizeof camera_models[0]))
+
+typedef struct camera {
+  uint32_t id;
+  int model;
+  vt_lens lens;
+} camera;
+
+typedef struct reader {
+  vt_context *context;
+  char *path; // of the file at hand, for messages
+  uint8_t *bytes;
+  size_t size, at;
+  bool binary, short_read; // short_read: something was asked for beyond the end
+  camera *cameras;
+  int camera_count, camera_capacity;
+  int image_capacity;
+} reader;
+
+static vt_status damaged(reader *r, const char *what) {
+  return vt_fail(r->context, VT_BAD_INPUT, "%s: damaged, %s; copy or export the model again", r->path, what);
+}
+
+// ---- where both kinds meet
+
+static vt_status make_lens(reader *r, int model, double width, double height, const double *p, vt_lens *out) {
+  for (int i = 0; i < camera_models[model].parameter_count; i++)
+    if (!isfinite(p[i])) return damaged(r, "a camera has NaN or infinity");
+  if (!(width >= 1 && width <= MAX_SIDE && height >= 1 && height <= MAX_SIDE))
+    return damaged(r, "a camera has no possible picture size");
+  *out = (vt_lens){VT_LENS_OPENCV, (int)width, (int)height, p[0], p[0], p[1], p[2], {0}};
+  switch (model) {
+  case 0: break;
+  case 2: out->k[0] = p[3]; break;
+  case 3: out->k[0] = p[3], out->k[1] = p[4]; break;
+  default:
+    out->fy = p[1], out->cx = p[2], out->cy = p[3];
+    for (int i = 4; i < camera_models[model].parameter_count && i < 12; i++) out->k[i - 4] = p[i];
+    if (model == 5) out->model = VT_LENS_FISHEYE;
+  }
+  if (vt_lens_is_pinhole(out)) out->model = VT_LENS_PINHOLE;
+  return VT_OK;
+}
+
+static vt_status add_camera(reader *r, uint32_t id, int model, double width, double height, const double *parameters) {
+  if (r->camera_count == r->camera_capacity) {
+    int capacity = r->camera_capacity ? 2 * r->camera_capacity : 16;
+    camera *bigger = vt_realloc(r->context, r->cameras, (size_t)capacity, sizeof *bigger);
+    if (!bigger) return VT_OUT_OF_MEMORY;
+    r->cameras = bigger;
+    r->camera_capacity = capacity;
+  }
+  camera *c = &r->cameras[r->camera_count++];
+  *c = (camera){.id = id, .model = model};
+  return camera_models[model].usable ? make_lens(r, model, width, height, parameters, &c->lens) : VT_OK;
+}
+
+static vt_mat3 rotation_from_quaternion(const double q[4]) {
+  double w = q[0], x = q[1], y = q[2], z = q[3];
+  return (vt_mat3){{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z),
+                    1 - 2 * (x * x + z * z), 2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x),
+                    1 - 2 * (x * x + y * y)}};
+}
+
+// `pose` holds QW QX QY QZ TX TY TZ.
+static vt_status add_image(reader *r, vt_colmap_model *model, double pose[7], double camera_id, const char *name) {
+  double norm = sqrt(pose[0] * pose[0] + pose[1] * pose[1] + pose[2] * pose[2] + pose[3] * pose[3]);
+  for (int i = 0; i < 7; i++)
+    if (!isfinite(pose[i])) return damaged(r, "a pose has NaN or infinity");
+  if (!(norm > 1e-6 && norm < 1e6)) return damaged(r, "a pose has a quaternion of no length");
+  if (!*name) return damaged(r, "an image has no name");
+  const camera *found = NULL;
+  for (int i = 0; i < r->camera_count && !found; i++)
+    if (r->cameras[i].id == camera_id) found = &r->cameras[i];
+  if (!found) return damaged(r, "an image has a camera that is not in cameras");
+  if (!camera_models[found->model].usable)
+    return vt_fail(r->context, VT_BAD_INPUT,
+                   "%s: %s has the camera model %s, which is not read; run colmap image_undistorter and give its output "
+                   "folder",
+                   r->path, name, camera_models[found->model].name);
+  if (model->count == r->image_capacity) {
+    int capacity = r->image_capacity ? 2 * r->image_capacity : 64;
+    vt_colmap_image *bigger = vt_realloc(r->context, model->items, (size_t)capacity, sizeof *bigger);
+    if (!bigger) return VT_OUT_OF_MEMORY;
+    model->items = bigger;
+    r->image_capacity = capacity;
+  }
+  for (int i = 0; i < 4; i++) pose[i] /= norm;
+  vt_colmap_image *image = &model->items[model->count];
+  *image = (vt_colmap_image){vt_strdup(r->context, name), found->lens, rotation_from_quaternion(pose),
+                             vt_v3(pose[4], pose[5], pose[6])};
+  if (!image->name) return VT_OUT_OF_MEMORY;
+  model->count++;
+  return VT_OK;
+}
+
+// ---- binary
+
+static uint64_t take(reader *r, size_t bytes) { // little-endian, up to 8 bytes; 0 beyond the end
+  uint64_t value = 0;
+  if (r->size - r->at < bytes) {
+    r->short_read = true;
+    r->at = r->size;
+    return 0;
+  }
+  for (size_t i = 0; i < bytes; i++) value |= (uint64_t)r->bytes[r->at + i] << (8 * i);
+  r->at += bytes;
+  return value;
+}
+
+static double take_double(reader *r) {
+  uint64_t bits = take(r, 8);
+  double value;
+  memcpy(&value, &bits, 8);
+  return value;
+}
+
+static void pass(reader *r, uint64_t count, uint64_t bytes) { // bytes is small
+  if (count > (r->size - r->at) / bytes) {
+    r->short_read = true;
+    r->at = r->size;
+  } else {
+    r->at += (size_t)(count * bytes);
+  }
+}
+
+static vt_status read_cameras_binary(reader *r, vt_colmap_model *model) {
+  (void)model;
+  uint64_t count = take(r, 8);
+  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+    double parameters[16] = {0};
+    uint32_t id = (uint32_t)take(r, 4), kind = (uint32_t)take(r, 4);
+    double width = (double)take(r, 8), height = (double)take(r, 8);
+    if (r->short_read) break;
+    if (kind >= (uint32_t)MODEL_COUNT) // its length is not known, so nothing behind it can be read
+      return vt_fail(r->context, VT_BAD_INPUT,
+                     "%s: camera %u has a model of number %u, which is not known; run colmap image_undistorter and give "
+                     "its output folder",
+                     r->path, id, kind);
+    for (int i = 0; i < camera_models[kind].parameter_count; i++) parameters[i] = take_double(r);
+    if (r->short_read) break;
+    vt_status status = add_camera(r, id, (int)kind, width, height, parameters);
+    if (status) return status;
+  }
+  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+}
+
+static vt_status read_images_binary(reader *r, vt_colmap_model *model) {
+  uint64_t count = take(r, 8);
+  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+    double pose[7];
+    (void)take(r, 4); // the image's id
+    for (int i = 0; i < 7; i++) pose[i] = take_double(r);
+    double camera_id = (double)take(r, 4);
+    const char *name = (const char *)r->bytes + r->at;
+    const uint8_t *end = memchr(name, 0, r->size - r->at);
+    if (r->short_read || !end) return damaged(r, "it ends too early");
+    r->at = (size_t)(end - r->bytes) + 1;
+    pass(r, take(r, 8), 24); // the keypoints: x, y, point
+    if (r->short_read) break;
+    vt_status status = add_image(r, model, pose, camera_id, name);
+    if (status) return status;
+  }
+  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+}
+
+// The mean over points, as COLMAP's model_analyzer says it.
+static vt_status read_points_binary(reader *r, vt_colmap_model *model) {
+  uint64_t count = take(r, 8), measured = 0;
+  double sum = 0;
+  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+    pass(r, 35, 1); // id, position, colour
+    double error = take_double(r);
+    pass(r, take(r, 8), 8); // the track: image, keypoint
+    if (isfinite(error) && error >= 0) sum += error, measured++;
+  }
+  if (r->short_read) return damaged(r, "it ends too early");
+  model->reprojection_error = measured ? sum / (double)measured : NAN;
+  return VT_OK;
+}
+
+// ---- text
+
+// The next line, cut at its end; NULL behind the last one.
+static char *take_line(reader *r) {
+  if (r->at >= r->size) return NULL;
+  char *line = (char *)r->bytes + r->at, *end = memchr(line, '\n', r->size - r->at);
+  r->at = end ? (size_t)(end - (char *)r->bytes) + 1 : r->size;
+  if (!end) end = (char *)r->bytes + r->size; // where vt_read_file put a zero
+  *end = 0;
+  while (end > line && strchr(" \t\r", end[-1])) *--end = 0;
+  return line + strspn(line, " \t");
+}
+
+static char *take_data_line(reader *r) {
+  char *line;
+  do line = take_line(r);
+  while (line && (!*line || *line == '#'));
+  return line;
+}
+
+// `count` numbers; false if there are fewer. *text moves behind them.
+static bool parse_numbers(char **text, int count, double *out) {
+  for (int i = 0; i < count; i++) {
+    char *end;
+    out[i] = strtod(*text, &end);
+    if (end == *text || (*end && *end != ' ' && *end != '\t')) return false;
+    *text = end + strspn(end, " \t");
+  }
+  return true;
+}
+
+static vt_status read_cameras_text(reader *r, vt_colmap_model *model) {
+  (void)model;
+  for (char *line; (line = take_data_line(r));) {
+    double id, size[2], parameters[16] = {0};
+    char name[40] = "";
+    int kind = 0;
+    if (!parse_numbers(&line, 1, &id) || !(id >= 0 && id <= UINT32_MAX)) return damaged(r, "a camera has no number");
+    size_t length = strcspn(line, " \t");
+    memcpy(name, line, length < sizeof name ? length : sizeof name - 1);
+    line += length;
+    line += strspn(line, " \t");
+    while (kind < MODEL_COUNT && strcmp(name, camera_models[kind].name)) kind++;
+    if (kind == MODEL_COUNT)
+      return vt_fail(r->context, VT_BAD_INPUT,
+                     "%s: the camera model \"%s\" is not known; run colmap image_undistorter and give its output folder",
+                     r->path, name);
+    if (!parse_numbers(&line, 2, size) || !parse_numbers(&line, camera_models[kind].parameter_count, parameters))
+      return damaged(r, "a camera has too few parameters");
+    vt_status status = add_camera(r, (uint32_t)id, kind, size[0], size[1], parameters);
+    if (status) return status;
+  }
+  return VT_OK;
+}
+
+// A line behind each image lists its keypoints and may be empty; files without these lines would be misread silently.
+static bool is_keypoint_line(const char *line) {
+  size_t words = 0;
+  for (const char *p = line; *p; words++) {
+    p += strcspn(p, " \t");
+    p += strspn(p, " \t");
+  }
+  return words % 3 == 0;
+}
+
+static vt_status read_images_text(reader *r, vt_colmap_model *model) {
+  for (char *line; (line = take_data_line(r));) {
+    double numbers[9]; // IMAGE_ID, QW QX QY QZ TX TY TZ, CAMERA_ID
+    if (!parse_numbers(&line, 9, numbers)) return damaged(r, "an image's line has too few numbers");
+    vt_status status = add_image(r, model, numbers + 1, numbers[8], line);
+    if (status) return status;
+    line = take_line(r);
+    if (line && !is_keypoint_line(line)) return damaged(r, "an image's line of keypoints (it may be empty) is missing");
+  }
+  return VT_OK;
+}
+
+static vt_status read_points_text(reader *r, vt_colmap_model *model) {
+  double sum = 0;
+  long measured = 0;
+  for (char *line; (line = take_data_line(r));) {
+    double numbers[8]; // POINT3D_ID, X Y Z, R G B, ERROR
+    if (!parse_numbers(&line, 8, numbers)) return damaged(r, "a point has too few numbers");
+    if (isfinite(numbers[7]) && numbers[7] >= 0) sum += numbers[7], measured++;
+  }
+  model->reprojection_error = measured ? sum / (double)measured : NAN;
+  return VT_OK;
+}
+
+// ---- the folder
+
+// Path of folder/NAME.bin or .txt if that is a file, else NULL.
+static char *model_file(vt_context *context, const char *folder, const char *name, bool binary) {
+  char whole[32];
+  snprintf(whole, sizeof whole, "%s.%s", name, binary ? "bin" : "txt");
+  char *path = vt_join(context, folder, whole);
+  if (path && vt_is_file(path)) return path;
+  vt_free(context, path);
+  return NULL;
+}
+
+static bool has_model(vt_context *context, const char *folder, bool binary) {
+  char *cameras = model_file(context, folder, "cameras", binary), *images = model_file(context, folder, "images", binary);
+  bool both = cameras && images;
+  vt_free(context, cameras);
+  vt_free(context, images);
+  return both;
+}
+
+bool vt_is_colmap_model(vt_context *context, const char *folder) {
+  return has_model(context, folder, true) || has_model(context, folder, false);
+}
+
+static vt_status read_part(reader *r, const char *folder, const char *name,
+                           vt_status (*read)(reader *, vt_colmap_model *), vt_colmap_model *model) {
+  r->path = model_file(r->context, folder, name, r->binary);
+  if (!r->path) return VT_OK; // only the points may be absent
+  vt_status status = vt_read_file(r->context, r->path, &r->bytes, &r->size);
+  r->at = 0;
+  r->short_read = false;
+  if (!status) status = read(r, model);
+  vt_free(r->context, r->bytes);
+  vt_free(r->context, r->path);
+  r->bytes = NULL;
+  r->path = NULL;
+  return status;
+}
+
+static int compare_names(const void *a, const void *b) {
+  return strcmp(((const vt_colmap_image *)a)->name, ((const vt_colmap_image *)b)->name);
+}
+
+vt_status vt_read_colmap_model(vt_context *context, const char *folder, vt_colmap_model *out) {
+  *out = (vt_colmap_model){.reprojection_error = NAN};
+  reader r = {.context = context, .binary = has_model(context, folder, true)};
+  if (!r.binary && !has_model(context, folder, false))
+    return vt_fail(context, VT_BAD_INPUT, "%s: no COLMAP model; cameras and images must be there, as .bin or as .txt",
+                   folder);
+  vt_status status = read_part(&r, folder, "cameras", r.binary ? read_cameras_binary : read_cameras_text, out);
+  if (!status) status = read_part(&r, folder, "images", r.binary ? read_images_binary : read_images_text, out);
+  if (!status) status = read_part(&r, folder, "points3D", r.binary ? read_points_binary : read_points_text, out);
+  vt_free(context, r.cameras);
+  if (!status && !out->count)
+    status = vt_fail(context, VT_BAD_INPUT, "%s: a COLMAP model without images; calibrate again", folder);
+  if (!status) qsort(out->items, (size_t)out->count, sizeof *out->items, compare_names);
+  for (int i = 1; i < out->count && !status; i++)
+    if (!strcmp(out->items[i - 1].name, out->items[i].name))
+      status = vt_fail(context, VT_BAD_INPUT, "%s: the image %s is there twice; calibrate again", folder,
+                       out->items[i].name);
+  if (status) vt_free_colmap_model(context, out);
+  return status;
+}
+
+void vt_free_colmap_model(vt_context *context, vt_colmap_model *model) {
+  for (int i = 0; i < model->count; i++) vt_free(context, model->items[i].name);
+  vt_free(context, model->items);
+  *model = (vt_colmap_model){.reprojection_error = NAN};
+}

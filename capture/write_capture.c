@@ -1,2 +1,273 @@
-// write_capture.c - to come
+// write_capture.c - views as a folder that other programs of the field read
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// Who reads what: nerfstudio and instant-ngp want transforms.json with names that have an ending; NeRF, 3D Gaussian
+// splatting and what grew from them want transforms_train.json and transforms_test.json and put ".png" behind the names
+// themselves. So names have no ending there. Both have lens and size in each frame, and camera_angle_x for those who read
+// nothing else. transform_matrix is the inverse of the camera with columns 1 and 2 negated (transforms.c).
+//
+// An older folder is replaced only if we wrote it and nothing was put into it since: a user's photographs must never go
+// because a folder was named twice on a command line.
+
+#include "capture/capture.h"
+#include "base/file.h"
+#include "base/image_file.h"
+#include "base/json.h"
+#include "capture/folders.h"
+#include "capture/photos.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char generator[] = "\"generator\": \"voltree\"";
+
+// ---- names
+
+// "images/" and the view's name below it without ending and without a way out of the folder. Free with vt_free.
+static char *picture_stem(vt_context *context, const char *name) {
+  if (!strncmp(name, "images/", 7)) name += 7;
+  char *stem = vt_without_ending(context, name), *out = stem ? vt_concat(context, "images/", stem, "") : NULL;
+  vt_free(context, stem);
+  if (!out) return NULL;
+  for (char *part = out + 7;;) { // empty, ".", ".." and control characters become harmless
+    size_t length = strcspn(part, "/");
+    if (!length && part[0] == '/') part[0] = '_', length = strcspn(part, "/");
+    if (length == 1 && part[0] == '.') part[0] = '_';
+    if (length == 2 && part[0] == '.' && part[1] == '.') part[0] = part[1] = '_';
+    for (size_t i = 0; i < length; i++)
+      if ((unsigned char)part[i] < 32 || part[i] == '\\' || part[i] == ':') part[i] = '_';
+    part += length;
+    if (!*part) break;
+    part++;
+  }
+  return out;
+}
+
+typedef struct entry { char *stem; int view; } entry;
+
+static int compare_entries(const void *a, const void *b) {
+  int order = strcmp(((const entry *)a)->stem, ((const entry *)b)->stem);
+  return order ? order : ((const entry *)a)->view - ((const entry *)b)->view;
+}
+
+static void free_stems(vt_context *context, char **stems, int count) {
+  for (int i = 0; stems && i < count; i++) vt_free(context, stems[i]);
+  vt_free(context, stems);
+}
+
+// One name for each view, no two alike: "a" and "a_2" of a.jpg and a.png. NULL only without memory.
+static char **make_stems(vt_context *context, const vt_views *views) {
+  size_t count = (size_t)views->count;
+  char **stems = VT_NEW(context, char *, count);
+  entry *order = VT_NEW(context, entry, count);
+  bool clash = stems && order, failed = !clash;
+  for (size_t i = 0; i < count && !failed; i++)
+    if (!(stems[i] = picture_stem(context, views->items[i].name))) failed = true;
+  for (int turn = 0; clash && !failed; turn++) { // a changed name may meet another, so it is looked at again
+    clash = false;
+    for (size_t i = 0; i < count; i++) order[i] = (entry){stems[i], (int)i};
+    if (count) qsort(order, count, sizeof *order, compare_entries);
+    for (size_t i = 1, same = 1; i < count && !failed; i++) {
+      same = strcmp(order[i - 1].stem, order[i].stem) ? 1 : same + 1;
+      if (same == 1) continue;
+      char tail[32];
+      snprintf(tail, sizeof tail, "_%zu", same);
+      stems[order[i].view] = vt_concat(context, order[i].stem, tail, "");
+      failed = !stems[order[i].view];
+      clash = true;
+    }
+    for (size_t i = 0; i < count; i++)
+      if (order[i].stem != stems[order[i].view]) vt_free(context, order[i].stem);
+  }
+  vt_free(context, order);
+  if (!failed) return stems;
+  free_stems(context, stems, views->count);
+  return NULL;
+}
+
+// ---- cameras
+
+static void put_matrix(vt_json_writer *json, const vt_camera *camera) {
+  const double *r = camera->rotation.m;
+  vt_vec3 centre = vt_camera_centre(camera);
+  double c[3] = {centre.x, centre.y, centre.z};
+  vt_json_open_array(json, "transform_matrix");
+  for (int i = 0; i < 4; i++) {
+    double row[4] = {i < 3 ? r[i] : 0, i < 3 ? -r[3 + i] : 0, i < 3 ? -r[6 + i] : 0, i < 3 ? c[i] : 1};
+    vt_json_open_array(json, NULL);
+    for (int j = 0; j < 4; j++) vt_json_put_number(json, NULL, row[j] == 0 ? 0 : row[j]);
+    vt_json_close_array(json);
+  }
+  vt_json_close_array(json);
+}
+
+static double angle_x(const vt_camera *camera) { return 2 * atan(0.5 * camera->width / camera->fx); }
+
+static void put_frame(vt_json_writer *json, const vt_camera *camera, const char *stem, const char *ending, bool *failed) {
+  char *path = vt_concat(json->context, stem, ending, "");
+  if (!path) *failed = true;
+  vt_json_open_object(json, NULL);
+  vt_json_put_string(json, "file_path", path ? path : "");
+  vt_json_put_integer(json, "w", camera->width);
+  vt_json_put_integer(json, "h", camera->height);
+  vt_json_put_number(json, "fl_x", camera->fx);
+  vt_json_put_number(json, "fl_y", camera->fy);
+  vt_json_put_number(json, "cx", camera->cx);
+  vt_json_put_number(json, "cy", camera->cy);
+  vt_json_put_number(json, "camera_angle_x", angle_x(camera));
+  put_matrix(json, camera);
+  vt_json_close_object(json);
+  vt_free(json->context, path);
+}
+
+// Frames of one role, or all (role < 0).
+static vt_status write_transforms(vt_context *context, const vt_views *views, char *const *stems, int role,
+                                  const char *folder, const char *name, const char *ending) {
+  vt_json_writer json = vt_begin_json(context);
+  bool first = true, failed = false;
+  vt_json_open_object(&json, NULL);
+  vt_json_put_string(&json, "generator", "voltree");
+  vt_json_put_string(&json, "camera_model", "PINHOLE");
+  for (int i = 0; i < views->count; i++) {
+    if (role >= 0 && views->items[i].role != (vt_role)role) continue;
+    if (first) {
+      vt_json_put_number(&json, "camera_angle_x", angle_x(&views->items[i].camera));
+      vt_json_open_array(&json, "frames");
+      first = false;
+    }
+    put_frame(&json, &views->items[i].camera, stems[i], ending, &failed);
+  }
+  if (first) vt_json_open_array(&json, "frames");
+  vt_json_close_array(&json);
+  vt_json_close_object(&json);
+  char *text = NULL;
+  size_t size = 0;
+  vt_status status = vt_end_json(&json, &text, &size);
+  char *path = status || failed ? NULL : vt_join(context, folder, name);
+  if (!status) status = path ? vt_write_file(context, path, text, size) : VT_OUT_OF_MEMORY;
+  vt_free(context, path);
+  vt_free(context, text);
+  return status;
+}
+
+// ---- pictures
+
+typedef struct writing {
+  vt_context *context;
+  const vt_views *views;
+  char *const *stems;
+  const char *folder;
+  vt_status *status;
+} writing;
+
+static vt_status write_picture(writing *w, size_t i) {
+  char *name = vt_concat(w->context, w->stems[i], ".png", ""), *path = name ? vt_join(w->context, w->folder, name) : NULL;
+  char *parent = path ? vt_strdup(w->context, path) : NULL;
+  vt_status status = parent ? VT_OK : VT_OUT_OF_MEMORY;
+  if (parent) {
+    *strrchr(parent, '/') = 0;
+    status = vt_make_folder(w->context, parent);
+  }
+  if (!status) status = vt_write_image(w->context, path, &w->views->items[i].picture);
+  vt_free(w->context, parent);
+  vt_free(w->context, path);
+  vt_free(w->context, name);
+  return status;
+}
+
+static void write_block(void *user, size_t begin, size_t end, int worker) {
+  writing *w = user;
+  (void)worker;
+  for (size_t i = begin; i < end; i++) w->status[i] = write_picture(w, i);
+}
+
+static vt_status write_pictures(vt_context *context, const vt_views *views, char *const *stems, const char *folder) {
+  writing w = {context, views, stems, folder, VT_NEW(context, vt_status, (size_t)views->count)};
+  if (!w.status) return VT_OUT_OF_MEMORY;
+  vt_status status = vt_parallel(context, (size_t)views->count, 1, write_block, &w);
+  for (int i = 0; i < views->count && !status; i++) status = w.status[i];
+  vt_free(context, w.status);
+  return status;
+}
+
+// ---- the folder
+
+static bool is_ours(vt_context *context, const char *folder, const char *name) {
+  char *path = vt_join(context, folder, name);
+  uint8_t *text = NULL;
+  size_t size = 0;
+  bool ours = path && !vt_read_file(context, path, &text, &size) && strstr((const char *)text, generator);
+  vt_free(context, text);
+  vt_free(context, path);
+  return ours;
+}
+
+// VT_OK if `folder` is not there, is empty, or holds only what an earlier vt_write_capture put there.
+static vt_status check_target(vt_context *context, const char *folder) {
+  if (!vt_is_folder(folder))
+    return access(folder, F_OK) ? VT_OK
+                                : vt_fail(context, VT_FAILED, "%s: is a file; choose another name for the folder", folder);
+  vt_names names = {0};
+  vt_status status = vt_list_folder(context, folder, true, &names);
+  bool ours = true, listed = false;
+  for (int i = 0; i < names.count && !status && ours; i++) {
+    const char *name = names.items[i];
+    size_t length = strlen(name);
+    bool list = !strcmp(name, "transforms.json") || !strcmp(name, "transforms_train.json") ||
+                !strcmp(name, "transforms_test.json");
+    listed = listed || list;
+    ours = list ? is_ours(context, folder, name)
+                : !strncmp(name, "images/", 7) && !strcmp(name + length - 4, ".png");
+  }
+  ours = ours && (listed || !names.count);
+  vt_free_names(context, &names);
+  if (status || ours) return status;
+  return vt_fail(context, VT_FAILED, "%s: there is something in it that voltree did not write; choose another folder, or "
+                 "empty it", folder);
+}
+
+// Renames `made` to `folder`; an older one is out of the way only for the moment between two renames.
+static vt_status swap_in(vt_context *context, const char *made, const char *folder) {
+  char *old = NULL;
+  vt_status status = VT_OK;
+  if (vt_is_folder(folder) && rmdir(folder)) { // not empty
+    old = vt_concat(context, made, ".old", "");
+    if (!old) return VT_OUT_OF_MEMORY;
+    vt_remove_folder(context, old);
+    if (rename(folder, old))
+      status = vt_fail(context, VT_FAILED, "%s: cannot be replaced (%s); choose another folder", folder, strerror(errno));
+  }
+  if (!status && rename(made, folder)) {
+    status = vt_fail(context, VT_FAILED, "%s: cannot be written (%s); choose another folder", folder, strerror(errno));
+    if (old) (void)rename(old, folder);
+  } else if (!status && old) {
+    vt_remove_folder(context, old);
+  }
+  vt_free(context, old);
+  return status;
+}
+
+vt_status vt_write_capture(vt_context *context, const vt_views *views, const char *folder) {
+  VT_ASSERT(views && views->count > 0 && folder && *folder);
+  char *target = vt_strdup(context, folder), *made = NULL, **stems = NULL;
+  vt_status status = target ? VT_OK : VT_OUT_OF_MEMORY;
+  for (size_t n = target ? strlen(target) : 0; n > 1 && target[n - 1] == '/'; n--) target[n - 1] = 0;
+  if (!status) status = check_target(context, target);
+  if (!status) status = vt_make_folder_beside(context, target, &made);
+  if (!status && !(stems = make_stems(context, views))) status = VT_OUT_OF_MEMORY;
+  if (!status) status = write_pictures(context, views, stems, made);
+  int test_count = vt_count_views(views, VT_TEST);
+  if (!status && !test_count)
+    status = write_transforms(context, views, stems, -1, made, "transforms.json", ".png");
+  if (!status && test_count && test_count < views->count)
+    status = write_transforms(context, views, stems, VT_TRAIN, made, "transforms_train.json", "");
+  if (!status && test_count) status = write_transforms(context, views, stems, VT_TEST, made, "transforms_test.json", "");
+  if (!status) status = swap_in(context, made, target);
+  if (status && made) vt_remove_folder(context, made);
+  free_stems(context, stems, views->count);
+  vt_free(context, made);
+  vt_free(context, target);
+  return status;
+}

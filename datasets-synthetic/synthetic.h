@@ -22,16 +22,17 @@ typedef struct vt_synthetic_desc {
   uint32_t seed;
   int train_count; // views on a golden spiral over the upper hemisphere, 1..1000
   int test_count;  // views between them, role VT_TEST, 0..1000
-  int width, height; // pixels
+  int width, height; // pixels, 1..8192
   int supersample;   // samples per pixel edge for exact alpha, 1..8
-  int leaf_count;    // about; tree only
-  double fov_y;      // radians
-  double peak_extinction; // phantoms: per unit length; the object has radius about 1
+  int leaf_count;    // tree only, 0 (bare)..1000000; fewer leaves are larger
+  double fov_y;      // radians, 0.01..2.5
+  double peak_extinction; // phantoms: per unit length, > 0, <= 1e6; the object has radius about 1
 } vt_synthetic_desc;
 vt_synthetic_desc vt_default_synthetic_desc(void);
 
 // Grows the object and photographs it. Names are "train/r_0.png", ...; world z is up, the object about 2 units high
-// around the origin. Same desc, same bits, for any number of threads. Caller frees `out`. VT_OUT_OF_MEMORY.
+// around the origin. Same desc, same bits, for any number of threads. Caller frees `out`. VT_BAD_INPUT where a field is
+// out of range, VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_make_synthetic_views(vt_context *, const vt_synthetic_desc *, vt_views *out);
 
 // Truth of the phantoms in closed form: optical depth along a ray from `near` to `far` (world distances along it), and

@@ -1,2 +1,168 @@
-// billboards.c - to come
+// billboards.c - the textures of one level, a tile for each view and cell that shows
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// Texel t of cell i in view v looks at the pixel p on which its centre falls. Its opacity (of a full cell edge) is
+// 1 - exp(-s_i R_v(p)): the cell's share of the photograph's optical depth (agreement.c), so that the cells of a ray
+// together show the photograph's matte. Its colour is the photograph's where the view sees the cell, and the cell's own
+// (which the views that do see it agreed on) where something stands before it, in proportion to the transmittance.
+// A tile is left out when the cell is hidden from its view and from the neighbouring ones [LRMDM06 3.2].
+
+#include "reconstruct/billboards.h"
+
+#include <string.h>
+
+#define MAX_NEIGHBOURS 8
+
+vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 4}; }
+
+typedef struct billboard_job {
+  const vt_billboard_desc *desc;
+  const vt_reduced_views *views;
+  const vt_agreement *agreement;
+  const vt_tree *tree;
+  vt_tiles *tiles;
+  int level;
+  int (*near)[MAX_NEIGHBOURS]; // [views] neighbouring views
+  int near_count;
+  uint32_t *first; // [views + 1] number of the view's first tile
+} billboard_job;
+
+static void find_neighbours(const vt_tree *tree, int view, int count, int *near) {
+  double half = 0.5 * tree->octree.edge;
+  vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));
+  vt_vec3 own = vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[view]), middle));
+  double cosine[MAX_NEIGHBOURS];
+  int found = 0;
+  for (int v = 0; v < tree->view_count; v++) {
+    double c = vt_dot(own, vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[v]), middle)));
+    if (v == view || (found == count && cosine[count - 1] >= c)) continue;
+    int at = found < count ? found++ : count - 1;
+    for (; at > 0 && cosine[at - 1] < c; at--) {
+      cosine[at] = cosine[at - 1];
+      near[at] = near[at - 1];
+    }
+    cosine[at] = c;
+    near[at] = v;
+  }
+}
+
+static bool is_needed(const billboard_job *job, int view, size_t cell) {
+  size_t cells = job->agreement->cell_count;
+  const uint8_t *visibility = job->agreement->visibility;
+  int least = 1 + (int)(254 * (1 - job->desc->hidden_threshold));
+  if (!visibility[(size_t)view * cells + cell]) return false;
+  if (!job->desc->prune || visibility[(size_t)view * cells + cell] > least) return true;
+  for (int i = 0; i < job->near_count; i++)
+    if (visibility[(size_t)job->near[view][i] * cells + cell] > least) return true;
+  return false;
+}
+
+static void count_tiles(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  billboard_job *job = user;
+  uint32_t cells = job->tiles->cell_count;
+  for (size_t view = begin; view < end; view++) {
+    uint32_t *tile_of = job->tiles->tile_of + view * cells, count = 0;
+    for (uint32_t cell = 0; cell < cells; cell++)
+      tile_of[cell] = is_needed(job, (int)view, cell) ? count++ : VT_NO_TILE;
+    job->first[view + 1] = count;
+  }
+}
+
+typedef struct pixel_source {
+  const vt_image *picture;
+  const vt_fimage *log_ratio;
+} pixel_source;
+
+// Photograph at pixel (u, v), bilinear: colour weighted by alpha, and the logarithm of the matte ratio. Returns the
+// interpolated alpha.
+static float sample(const pixel_source *source, float u, float v, float colour[3], float *log_ratio) {
+  int w = source->picture->width, h = source->picture->height;
+  float x = u - 0.5f, y = v - 0.5f;
+  x = x < 0 ? 0 : x > (float)(w - 1) ? (float)(w - 1) : x;
+  y = y < 0 ? 0 : y > (float)(h - 1) ? (float)(h - 1) : y;
+  int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < w ? x0 + 1 : x0, y1 = y0 + 1 < h ? y0 + 1 : y0;
+  float fx = x - (float)x0, fy = y - (float)y0, alpha = 0, sum[3] = {0, 0, 0}, ratio = 0;
+  size_t at[4] = {(size_t)(y0 * w + x0), (size_t)(y0 * w + x1), (size_t)(y1 * w + x0), (size_t)(y1 * w + x1)};
+  float weight[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+  for (int i = 0; i < 4; i++) {
+    const uint8_t *p = source->picture->pixels + 4 * at[i];
+    float a = weight[i] * (float)p[3];
+    alpha += a;
+    for (int c = 0; c < 3; c++) sum[c] += a * (float)p[c];
+    ratio += weight[i] * source->log_ratio->pixels[at[i]];
+  }
+  if (alpha > 0.5f)
+    for (int c = 0; c < 3; c++) colour[c] = sum[c] / alpha / 255.0f;
+  *log_ratio = ratio;
+  return alpha / 255.0f;
+}
+
+static void fill_tile(const billboard_job *job, int view, uint32_t cell, uint8_t *texels) {
+  const vt_tree *tree = job->tree;
+  const vt_level *level = &tree->octree.levels[job->level];
+  const float *own = level->colour + 3 * (size_t)cell, s = level->optical_depth[cell];
+  double edge = vt_cell_edge(&tree->octree, job->level);
+  vt_tile_frame frame = vt_tile_frame_of(&job->views->cameras[view], vt_cell_centre(&tree->octree, job->level, cell), edge,
+                                         tree->tile_side, tree->texel_edge);
+  pixel_source source = {&job->views->pictures[view], &job->agreement->log_ratio[view]};
+  float seen = (float)(job->agreement->visibility[(size_t)view * level->cell_count + cell] - 1) / 254.0f;
+  float step = 1 / frame.texel_scale;
+  for (int row = 0; row < tree->texel_edge; row++)
+    for (int column = 0; column < tree->texel_edge; column++, texels += 4) {
+      float colour[3] = {own[0], own[1], own[2]}, log_ratio;
+      float u = frame.left + ((float)column + 0.5f) * step, v = frame.top + ((float)row + 0.5f) * step;
+      float alpha = sample(&source, u, v, colour, &log_ratio);
+      float trust = seen * (alpha > 0.25f ? 1 : 4 * alpha); // the colour of a nearly empty pixel is a guess
+      for (int c = 0; c < 3; c++)
+        texels[c] = (uint8_t)(0.5f + 255 * (trust * colour[c] + (1 - trust) * own[c]));
+      texels[3] = (uint8_t)(0.5f + 255 * (1 - expf(-s * expf(log_ratio))));
+    }
+}
+
+static void fill_tiles(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  billboard_job *job = user;
+  uint32_t cells = job->tiles->cell_count;
+  size_t bytes = 4 * (size_t)(job->tree->texel_edge * job->tree->texel_edge);
+  for (size_t i = begin; i < end; i++) {
+    size_t view = i / cells, cell = i % cells;
+    uint32_t *tile = &job->tiles->tile_of[i];
+    if (*tile == VT_NO_TILE) continue;
+    *tile += job->first[view];
+    fill_tile(job, (int)view, (uint32_t)cell, job->tiles->texels + *tile * bytes);
+  }
+}
+
+vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc, const vt_rays *rays, vt_tree *tree) {
+  const vt_reduced_views *views = rays->views;
+  int level = rays->level;
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->ratio_limit >= 1 && views->count == tree->view_count && rays->octree == &tree->octree);
+  vt_tiles *tiles = &tree->tiles[level];
+  size_t cells = tree->octree.levels[level].cell_count, view_count = (size_t)views->count;
+  vt_agreement agreement = {0};
+  billboard_job job = {desc, views, &agreement, tree, tiles, level, NULL, 0, NULL};
+  vt_status status = vt_find_agreement(context, rays, desc->ratio_limit, &agreement);
+  if (status) return status;
+  *tiles = (vt_tiles){.view_count = views->count, .cell_count = (uint32_t)cells};
+  tiles->tile_of = VT_NEW(context, uint32_t, view_count * cells);
+  job.first = VT_NEW(context, uint32_t, view_count + 1);
+  job.near = vt_alloc(context, view_count, sizeof *job.near);
+  status = tiles->tile_of && job.first && job.near ? VT_OK : VT_OUT_OF_MEMORY;
+  if (status) goto done;
+  job.near_count = desc->neighbours < views->count - 1 ? desc->neighbours : views->count - 1;
+  if (job.near_count > MAX_NEIGHBOURS) job.near_count = MAX_NEIGHBOURS;
+  for (int v = 0; v < views->count && job.near_count > 0; v++) find_neighbours(tree, v, job.near_count, job.near[v]);
+  status = vt_parallel(context, view_count, 1, count_tiles, &job);
+  for (size_t v = 0; v < view_count; v++) job.first[v + 1] += job.first[v];
+  tiles->tile_count = job.first[view_count];
+  if (!status) tiles->texels = vt_alloc(context, tiles->tile_count, 4 * (size_t)(tree->texel_edge * tree->texel_edge));
+  if (!status && !tiles->texels) status = VT_OUT_OF_MEMORY;
+  if (!status) status = vt_parallel(context, view_count * cells, 8192, fill_tiles, &job);
+done:
+  vt_free(context, job.near);
+  vt_free(context, job.first);
+  vt_free_agreement(context, &agreement);
+  if (status) vt_free_tiles(context, tiles);
+  return status;
+}

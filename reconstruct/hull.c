@@ -1,2 +1,129 @@
-// hull.c - to come
+// hull.c - which cells the mattes leave standing
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// The visual hull, coarse to fine: a cell is carved when photographs that have its whole projection within their frame
+// see nothing but backdrop there. The projection of a cube of half edge h at camera point (x, y, z) lies within
+// f (|x| dz/z + dx) / (z - dz) of its centre, with dx, dz the half extents of the rotated cube: a rectangle, asked of a
+// summed-area table in four reads. Conservative in every step: pixels pooled by maximum, the rectangle grown by one
+// pixel, a photograph that cuts the cell off says nothing, and several photographs must agree where there are many
+// (mattes of real photographs miss thin twigs now and then).
+
+#include "reconstruct/hull.h"
+
+typedef struct silhouette_job {
+  const vt_views *views;
+  vt_silhouettes *out;
+  int threshold;
+} silhouette_job;
+
+static bool pooled_pixel_set(const vt_image *picture, int factor, int threshold, int px, int py) {
+  for (int y = py * factor; y < (py + 1) * factor && y < picture->height; y++)
+    for (int x = px * factor; x < (px + 1) * factor && x < picture->width; x++)
+      if (picture->pixels[4 * ((size_t)y * (size_t)picture->width + (size_t)x) + 3] > threshold) return true;
+  return false;
+}
+
+static void sum_silhouettes(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  silhouette_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    const vt_camera *camera = &job->out->cameras[i];
+    uint32_t *sums = job->out->sums[i];
+    size_t stride = (size_t)camera->width + 1;
+    for (int y = 0; y < camera->height; y++) {
+      uint32_t row = 0;
+      for (int x = 0; x < camera->width; x++) {
+        row += pooled_pixel_set(&job->views->items[i].picture, job->out->factor, job->threshold, x, y);
+        sums[(size_t)(y + 1) * stride + (size_t)x + 1] = sums[(size_t)y * stride + (size_t)x + 1] + row;
+      }
+    }
+  }
+}
+
+vt_status vt_make_silhouettes(vt_context *context, const vt_views *views, int factor, int threshold,
+                              vt_silhouettes *out) {
+  size_t count = (size_t)views->count;
+  *out = (vt_silhouettes){.count = views->count, .factor = factor, .votes = views->count >= 24 ? 1 : 1};
+  int tenth = views->count / 10;
+  out->least_seen = views->count < 3 ? views->count : tenth > 3 ? tenth : 3;
+  out->cameras = VT_NEW(context, vt_camera, count);
+  out->sums = VT_NEW(context, uint32_t *, count);
+  vt_status status = out->cameras && out->sums ? VT_OK : VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < count && !status; i++) {
+    vt_camera c = views->items[i].camera;
+    c.fx /= factor, c.fy /= factor, c.cx /= factor, c.cy /= factor;
+    c.width = (c.width + factor - 1) / factor;
+    c.height = (c.height + factor - 1) / factor;
+    out->cameras[i] = c;
+    out->sums[i] = VT_NEW(context, uint32_t, (size_t)(c.width + 1) * (size_t)(c.height + 1));
+    if (!out->sums[i]) status = VT_OUT_OF_MEMORY;
+  }
+  if (!status) status = vt_parallel(context, count, 1, sum_silhouettes, &(silhouette_job){views, out, threshold});
+  if (status) vt_free_silhouettes(context, out);
+  return status;
+}
+
+void vt_free_silhouettes(vt_context *context, vt_silhouettes *s) {
+  for (int i = 0; i < s->count && s->sums; i++) vt_free(context, s->sums[i]);
+  vt_free(context, s->sums);
+  vt_free(context, s->cameras);
+  *s = (vt_silhouettes){0};
+}
+
+typedef enum sight { OUTSIDE, CUT, EMPTY, FILLED } sight;
+
+static sight look_at_cell(const vt_camera *c, const uint32_t *sums, vt_vec3 centre, double half) {
+  const double *m = c->rotation.m;
+  vt_vec3 p = vt_to_camera(c, centre);
+  double dx = half * (fabs(m[0]) + fabs(m[1]) + fabs(m[2])), dy = half * (fabs(m[3]) + fabs(m[4]) + fabs(m[5])),
+         dz = half * (fabs(m[6]) + fabs(m[7]) + fabs(m[8])), nearest = p.z - dz;
+  if (p.z + dz <= 0) return OUTSIDE;
+  if (nearest <= 0) return CUT;
+  double ru = c->fx * (dx + fabs(p.x) * dz / p.z) / nearest, rv = c->fy * (dy + fabs(p.y) * dz / p.z) / nearest;
+  double u = c->fx * p.x / p.z + c->cx, v = c->fy * p.y / p.z + c->cy;
+  if (!(u + ru > 0 && v + rv > 0 && u - ru < c->width && v - rv < c->height)) return OUTSIDE;
+  if (u - ru < 0 || v - rv < 0 || u + ru > c->width || v + rv > c->height) return CUT;
+  int x0 = (int)(u - ru) - 1, y0 = (int)(v - rv) - 1, x1 = (int)(u + ru) + 2, y1 = (int)(v + rv) + 2;
+  if (x0 < 0) x0 = 0;
+  if (y0 < 0) y0 = 0;
+  if (x1 > c->width) x1 = c->width;
+  if (y1 > c->height) y1 = c->height;
+  size_t stride = (size_t)c->width + 1;
+  uint32_t filled = sums[(size_t)y1 * stride + (size_t)x1] - sums[(size_t)y0 * stride + (size_t)x1] -
+                    sums[(size_t)y1 * stride + (size_t)x0] + sums[(size_t)y0 * stride + (size_t)x0];
+  return filled ? FILLED : EMPTY;
+}
+
+typedef struct carve_job {
+  const vt_silhouettes *silhouettes;
+  const vt_octree *octree;
+  int level, stride; // stride: the order of views jumps around, so that an empty cell is found out early
+  uint8_t *keep;
+} carve_job;
+
+static void carve_some(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  carve_job *job = user;
+  const vt_silhouettes *s = job->silhouettes;
+  double half = 0.5 * vt_cell_edge(job->octree, job->level);
+  for (size_t cell = begin; cell < end; cell++) {
+    vt_vec3 centre = vt_cell_centre(job->octree, job->level, (uint32_t)cell);
+    int votes = 0, seen = 0;
+    for (int i = 0, view = 0; i < s->count && votes < s->votes; i++, view = (view + job->stride) % s->count) {
+      sight what = look_at_cell(&s->cameras[view], s->sums[view], centre, half);
+      votes += what == EMPTY;
+      seen += what != OUTSIDE;
+    }
+    job->keep[cell] = votes < s->votes && seen >= s->least_seen;
+  }
+}
+
+static int greatest_common_divisor(int a, int b) { return b ? greatest_common_divisor(b, a % b) : a; }
+
+vt_status vt_carve(vt_context *context, const vt_silhouettes *silhouettes, const vt_octree *octree, int level,
+                   uint8_t *keep) {
+  int stride = (int)(0.382 * silhouettes->count) + 1;
+  while (greatest_common_divisor(stride, silhouettes->count) != 1) stride++;
+  return vt_parallel(context, octree->levels[level].cell_count, 1024, carve_some,
+                     &(carve_job){silhouettes, octree, level, stride, keep});
+}

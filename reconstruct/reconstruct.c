@@ -1,2 +1,317 @@
-// reconstruct.c - to come
+// reconstruct.c - the order of the stages from views to a raw tree
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// Coarse to fine: at each level the children of what stood at the level before are carved by the mattes, solved for
+// opacity and colour on photographs of matching resolution, and pruned of what turned out empty. The finest levels are
+// refined through the compositor. Then every level gets its textures from its own cells and its own photographs.
+
+#include "reconstruct/reconstruct.h"
+#include "reconstruct/billboards.h"
+#include "reconstruct/bounds.h"
+#include "reconstruct/colour.h"
+#include "reconstruct/hull.h"
+#include "reconstruct/opacity.h"
+#include "reconstruct/refine.h"
+
+#define LARGEST_RAY_STORE (3ull << 30) // bytes, where --max-memory sets no other bound
+#define TEXELS_PER_EDGE(tree) ((tree)->texel_edge / (tree)->tile_side)
+
+vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
+  return (vt_reconstruct_desc){VT_COOKIE, method, preset, 0, 0, 0.99};
+}
+
+typedef struct recipe { // what method and preset mean
+  vt_opacity_desc opacity;
+  vt_billboard_desc billboard;
+  int colour_iterations, refine_epochs, refined_levels;
+} recipe;
+
+static recipe recipe_of(const vt_reconstruct_desc *desc) {
+  recipe r = {vt_default_opacity_desc(), vt_default_billboard_desc(), 2, 0, 0};
+  r.billboard.hidden_threshold = desc->hidden_threshold;
+  if (desc->preset == VT_PRESET_DRAFT) r.opacity.iterations = 2;
+  if (desc->method == VT_METHOD_BEST) {
+    r.refine_epochs = desc->preset == VT_PRESET_DRAFT ? 0 : desc->preset == VT_PRESET_NORMAL ? 3 : 6;
+    r.refined_levels = desc->preset == VT_PRESET_HIGH ? 3 : 2;
+  } else {
+    r.opacity.domain = VT_LOG_DOMAIN;
+    r.colour_iterations = 0;
+    r.billboard.prune = desc->method == VT_METHOD_2006;
+    r.billboard.neighbours = 0;
+  }
+  return r;
+}
+
+typedef struct run {
+  vt_context *context;
+  const vt_reconstruct_desc *desc;
+  recipe recipe;
+  const vt_views *views;
+  vt_tree *tree;
+  vt_reconstruct_report *report;
+  double start, root_pixels; // root_pixels: size of the root's edge in the photographs
+} run;
+
+static double cell_pixels(const run *r, int level) {
+  return r->root_pixels * vt_cell_edge(&r->tree->octree, level) / r->tree->octree.edge;
+}
+
+// The level at which a texel is about a pixel (at most 1.5) of the photographs.
+static int default_leaf_level(const run *r) {
+  int level = 1;
+  while (level < VT_MAX_LEVEL && cell_pixels(r, level) > 1.5 * TEXELS_PER_EDGE(r->tree)) level++;
+  return level;
+}
+
+static vt_status replace_level(run *r, int level, const uint8_t *keep, vt_rays *rays_or_null) {
+  vt_level kept, *cells = &r->tree->octree.levels[level];
+  vt_status status = vt_filter_level(r->context, r->tree->octree.branching, level, cells, keep, &kept);
+  if (status) return status;
+  if (rays_or_null) {
+    uint32_t *new_index = VT_NEW(r->context, uint32_t, cells->cell_count), next = 0;
+    if (!new_index) {
+      vt_free_level(r->context, &kept);
+      return VT_OUT_OF_MEMORY;
+    }
+    for (uint32_t i = 0; i < cells->cell_count; i++) new_index[i] = keep[i] ? next++ : VT_NO_CELL;
+    vt_renumber_rays(r->context, rays_or_null, new_index);
+    vt_free(r->context, new_index);
+  }
+  vt_free_level(r->context, cells);
+  *cells = kept;
+  return VT_OK;
+}
+
+static vt_status carve_level(run *r, int level) {
+  vt_context *context = r->context;
+  vt_level *cells = &r->tree->octree.levels[level];
+  int factor = (int)(cell_pixels(r, level) / 4);
+  vt_silhouettes silhouettes;
+  vt_status status = vt_make_silhouettes(context, r->views, factor < 1 ? 1 : factor, 2, &silhouettes);
+  if (status) return status;
+  uint8_t *keep = VT_NEW(context, uint8_t, cells->cell_count);
+  status = keep ? vt_carve(context, &silhouettes, &r->tree->octree, level, keep) : VT_OUT_OF_MEMORY;
+  if (!status) status = replace_level(r, level, keep, NULL);
+  vt_free(context, keep);
+  vt_free_silhouettes(context, &silhouettes);
+  return status;
+}
+
+// A cell thinner than what half a pixel of full opacity would give, or than 0.03, is empty.
+static vt_status prune_level(run *r, int level, vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  double pixels = cell_pixels(r, level);
+  float least = (float)fmin(0.03, 0.5 / (pixels * pixels));
+  uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
+  if (!keep) return VT_OUT_OF_MEMORY;
+  for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
+  vt_status status = replace_level(r, level, keep, rays);
+  vt_free(r->context, keep);
+  return status;
+}
+
+static vt_status reduce_for_level(run *r, int level, vt_reduced_views *out) {
+  int factor = (int)(cell_pixels(r, level) / TEXELS_PER_EDGE(r->tree));
+  return vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, out);
+}
+
+static vt_status begin_level(run *r, int level) {
+  vt_octree *octree = &r->tree->octree;
+  if (level) return vt_split_level(r->context, octree->branching, level - 1, &octree->levels[level - 1], NULL,
+                                   &octree->levels[level]);
+  const uint16_t root[1][3] = {{0, 0, 0}};
+  vt_status status = vt_make_level(r->context, octree->branching, 0, 1, root, &octree->levels[0]);
+  if (!status) octree->levels[0].optical_depth[0] = 0.5f;
+  return status;
+}
+
+// Opacity and colour of a level whose rays are there.
+static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
+  vt_context *context = r->context;
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_level_report *report = &r->report->levels[level];
+  double start = vt_seconds();
+  vt_opacity_report opacity;
+  vt_status status = vt_estimate_opacity(context, &r->recipe.opacity, rays, cells, &opacity);
+  if (!status && level >= leaf - 1) status = prune_level(r, level, rays);
+  double solved = vt_seconds();
+  if (!status) status = vt_estimate_colour(context, rays, cells, r->recipe.colour_iterations);
+  double coloured = vt_seconds();
+  if (!status && level > leaf - r->recipe.refined_levels && r->recipe.refine_epochs) {
+    vt_refine_desc refine = vt_default_refine_desc();
+    refine.epochs = r->recipe.refine_epochs;
+    if (r->desc->time_budget > 0) refine.deadline = r->start + 0.7 * r->desc->time_budget;
+    status = vt_refine(context, &refine, rays, cells);
+    if (!status) status = prune_level(r, level, rays);
+  }
+  r->report->seconds_opacity += solved - start;
+  r->report->seconds_colour += coloured - solved;
+  r->report->seconds_refinement += vt_seconds() - coloured;
+  report->rays = opacity.rays;
+  report->saturated_share = opacity.saturated_share;
+  report->alpha_rmse = opacity.alpha_rmse;
+  return status;
+}
+
+static vt_status texture_level(run *r, int level, const vt_rays *rays) {
+  vt_level_report *report = &r->report->levels[level];
+  double start = vt_seconds();
+  vt_status status = vt_make_billboards(r->context, &r->recipe.billboard, rays, r->tree);
+  report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
+  report->billboards = r->tree->tiles[level].tile_count;
+  report->seconds_tiles = vt_seconds() - start;
+  r->report->seconds_tiles += report->seconds_tiles;
+  return status;
+}
+
+// Everything of one level while its rays are in memory.
+static vt_status make_level(run *r, int level, int leaf) {
+  vt_context *context = r->context;
+  vt_octree *octree = &r->tree->octree;
+  vt_level_report *report = &r->report->levels[level];
+  double start = vt_seconds();
+  *report = (vt_level_report){.level = level};
+  vt_status status = begin_level(r, level);
+  if (!status) status = carve_level(r, level);
+  if (status) return status;
+  report->hull_cells = octree->levels[level].cell_count;
+  vt_reduced_views reduced;
+  status = reduce_for_level(r, level, &reduced);
+  if (status) return status;
+  r->report->seconds_hull += vt_seconds() - start;
+  double walk = vt_seconds();
+  uint64_t bound = vt_max_memory(context) ? vt_max_memory(context) / 4 : LARGEST_RAY_STORE;
+  vt_rays rays;
+  status = vt_collect_rays(context, octree, level, &reduced, bound, &rays);
+  r->report->seconds_rays += vt_seconds() - walk;
+  if (!status) status = solve_level(r, level, leaf, &rays);
+  report->cells = octree->levels[level].cell_count;
+  report->seconds_opacity = vt_seconds() - start;
+  vt_log(context, VT_LOG_VERBOSE,
+         "level %d: %u cells in the hull, %u kept, %llu rays, %.1f %% saturated, alpha RMSE %.4f, %.2f s", level,
+         report->hull_cells, report->cells, (unsigned long long)report->rays, 100 * report->saturated_share,
+         report->alpha_rmse, report->seconds_opacity);
+  if (!status && report->cells) status = texture_level(r, level, &rays);
+  vt_free_rays(context, &rays);
+  vt_free_reduced_views(context, &reduced);
+  return status;
+}
+
+// Bytes that textures and work arrays of a level will take at most.
+static uint64_t level_bytes(const run *r, uint64_t cells) {
+  uint64_t tile = 4 * (uint64_t)(r->tree->texel_edge * r->tree->texel_edge), views = (uint64_t)r->views->count;
+  return cells * views * (tile + 5) + cells * 300;
+}
+
+static bool level_fits(const run *r, int level, double previous_seconds) {
+  uint64_t bound = vt_max_memory(r->context), cells = r->tree->octree.levels[level - 1].cell_count * (uint64_t)6;
+  if (bound && vt_bytes_in_use(r->context) + level_bytes(r, cells) > bound) {
+    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.0f MB, over --max-memory; the tree ends at level %d",
+           level, (double)level_bytes(r, cells) / 1e6, level - 1);
+    return false;
+  }
+  double left = r->start + r->desc->time_budget - vt_seconds();
+  return !(r->desc->time_budget > 0) || 8 * previous_seconds < left;
+}
+
+static vt_status make_all_levels(run *r, int leaf) {
+  vt_status status = VT_OK;
+  for (int level = 0; level <= leaf && !status; level++) {
+    const vt_level_report *last = &r->report->levels[level ? level - 1 : 0];
+    double previous = last->seconds_opacity + last->seconds_tiles;
+    if (level > 1 && !level_fits(r, level, previous)) break;
+    status = make_level(r, level, leaf);
+    if (status) return status;
+    if (!r->tree->octree.levels[level].cell_count) {
+      if (level < 2)
+        return vt_fail(r->context, VT_BAD_INPUT, "mattes: nothing is left of the tree at level %d; check that masks are "
+                       "white on the tree and that cameras and photographs belong together", level);
+      vt_free_level(r->context, &r->tree->octree.levels[level]);
+      break;
+    }
+    r->tree->octree.level_count = level + 1;
+    vt_progress(r->context, "levels", (level + 1.0) / (leaf + 1));
+  }
+  return status;
+}
+
+static vt_status prepare(run *r) {
+  vt_tree *tree = r->tree;
+  bool old = r->desc->method == VT_METHOD_2004;
+  tree->octree.branching = old ? 3 : 2;
+  tree->texel_edge = old ? 8 : 4;
+  tree->tile_side = 1.2f;
+  tree->view_count = r->views->count;
+  tree->cameras = VT_NEW(r->context, vt_camera, (size_t)r->views->count);
+  tree->metadata = vt_strdup(r->context, "{}");
+  if (!tree->cameras || !tree->metadata) return VT_OUT_OF_MEMORY;
+  for (int i = 0; i < r->views->count; i++) tree->cameras[i] = r->views->items[i].camera;
+  vt_status status = vt_find_bounds(r->context, r->views, &tree->octree);
+  if (status) return status;
+  double half = 0.5 * tree->octree.edge;
+  vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));
+  return vt_projected_size(r->context, r->views, middle, tree->octree.edge, &r->root_pixels);
+}
+
+static vt_status reconstruct_views(run *r) {
+  if (r->views->count < 1)
+    return vt_fail(r->context, VT_TOO_FEW_VIEWS, "photographs: there is none to reconstruct from; give at least 3");
+  r->start = vt_seconds();
+  vt_status status = prepare(r);
+  if (status) return status;
+  int leaf = r->desc->leaf_level ? r->desc->leaf_level : default_leaf_level(r);
+  if (r->tree->octree.branching == 3 && leaf > 6) leaf = 6; // 729 cells along an edge
+  r->report->seconds_bounds = vt_seconds() - r->start;
+  r->report->estimated_bytes = level_bytes(r, (uint64_t)(2.0 * pow(r->tree->octree.branching, 2.3 * leaf)));
+  vt_log(r->context, VT_LOG_VERBOSE, "leaf level %d, cells of %.1f pixels; about %.0f MB before pruning", leaf,
+         cell_pixels(r, leaf), (double)r->report->estimated_bytes / 1e6);
+  vt_reset_peak(r->context);
+  status = make_all_levels(r, leaf);
+  r->report->peak_bytes_opacity = r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
+  r->report->leaf_level = r->tree->octree.level_count - 1;
+  return status;
+}
+
+vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, const vt_views *views, vt_tree *out,
+                         vt_reconstruct_report *or_null) {
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->leaf_level >= 0 && desc->leaf_level <= VT_MAX_LEVEL);
+  vt_reconstruct_report report = {0};
+  *out = (vt_tree){0};
+  vt_views train;
+  vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
+  if (status) return status;
+  run r = {context, desc, recipe_of(desc), &train, out, &report, 0, 0};
+  status = reconstruct_views(&r);
+  vt_free(context, train.items);
+  if (status) vt_free_tree(context, out);
+  if (or_null) *or_null = report;
+  return status;
+}
+
+vt_status vt_reconstruct_hull(vt_context *context, const vt_views *views, int level, vt_tree *out) {
+  vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_DRAFT);
+  vt_reconstruct_report report = {0};
+  *out = (vt_tree){0};
+  vt_views train;
+  vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
+  if (status) return status;
+  run r = {context, &desc, recipe_of(&desc), &train, out, &report, 0, 0};
+  status = train.count ? prepare(&r) : vt_fail(context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
+  for (int l = 0; l <= level && !status; l++) {
+    status = begin_level(&r, l);
+    if (!status) status = carve_level(&r, l);
+  }
+  vt_reduced_views reduced = {0};
+  if (!status) status = reduce_for_level(&r, level, &reduced);
+  vt_level *cells = &out->octree.levels[level];
+  for (uint32_t i = 0; i < cells->cell_count && !status; i++) cells->optical_depth[i] = 30;
+  vt_rays rays = {0};
+  if (!status) status = vt_collect_rays(context, &out->octree, level, &reduced, LARGEST_RAY_STORE, &rays);
+  if (!status) status = vt_estimate_colour(context, &rays, cells, 0);
+  vt_free_rays(context, &rays);
+  out->octree.level_count = level + 1;
+  vt_free_reduced_views(context, &reduced);
+  vt_free(context, train.items);
+  if (status) vt_free_tree(context, out);
+  return status;
+}

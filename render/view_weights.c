@@ -1,2 +1,62 @@
-// view_weights.c - to come
+// view_weights.c - which photographs' textures are blended for an eye, and how much of each
 // SPDX-License-Identifier: BSD-3-Clause
+//
+// Angles t_v between the eye's and the cameras' directions from the tree's centre. Of the k closest
+//   w_v = (1/t_v) (1 - t_v / (b t_{k+1})),  normalised,  b = 1 + 10^-6
+// [Buehler, Bosse, McMillan, Gortler, Cohen 2001, Unstructured lumigraph rendering, section 3.2]: the first factor lets
+// an eye in a camera's direction see that photograph alone, the second takes a view's weight to (all but) zero where
+// another takes its place, so nothing pops. b is above 1 only so that k + 1 equal angles still have weights; at 1.05,
+// which is sometimes used, a view enters with 5 % at once, and with much more where all angles are similar.
+// Angles come from atan2, for acos has no digits near 0. Equal angles go to the smaller index.
+
+#include "render/render.h"
+
+#define BORDER (1 + 1e-6)
+#define SAME_DIRECTION 1e-12 // radians
+
+static double angle_between(vt_vec3 a, vt_vec3 b) { return atan2(vt_length(vt_cross(a, b)), vt_dot(a, b)); }
+
+// The `wanted` smallest angles, ascending, with their views; returns how many there are.
+static int find_closest(const vt_tree *tree, vt_vec3 eye, int wanted, int *view, double *angle) {
+  double half = 0.5 * tree->octree.edge;
+  vt_vec3 centre = vt_add(tree->octree.origin, vt_v3(half, half, half));
+  vt_vec3 direction = vt_normalise(vt_sub(eye, centre));
+  int count = 0;
+  for (int v = 0; v < tree->view_count; v++) {
+    vt_vec3 camera = vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[v]), centre));
+    double t = angle_between(direction, camera);
+    int place = count < wanted ? count++ : wanted;
+    for (; place > 0 && t < angle[place - 1]; place--)
+      if (place < wanted) {
+        view[place] = view[place - 1];
+        angle[place] = angle[place - 1];
+      }
+    if (place < wanted) {
+      view[place] = v;
+      angle[place] = t;
+    }
+  }
+  return count;
+}
+
+vt_view_weights vt_choose_views(const vt_tree *tree, vt_vec3 eye, int k) {
+  VT_ASSERT(k >= 1 && k <= VT_MAX_BLEND_VIEWS);
+  int view[VT_MAX_BLEND_VIEWS + 1];
+  double angle[VT_MAX_BLEND_VIEWS + 1], weight[VT_MAX_BLEND_VIEWS], sum = 0;
+  int found = find_closest(tree, eye, k + 1, view, angle);
+  vt_view_weights out = {.count = found < k ? found : k};
+  if (found && angle[0] < SAME_DIRECTION) {
+    out = (vt_view_weights){.count = 1, .view = {view[0]}, .weight = {1}};
+    return out;
+  }
+  for (int i = 0; i < out.count; i++) {
+    weight[i] = 1 / angle[i];
+    if (found > k) weight[i] *= 1 - angle[i] / (BORDER * angle[k]);
+    sum += weight[i];
+  }
+  for (int i = 0; i < out.count; i++) {
+    out.view[i] = view[i];
+    out.weight[i] = (float)(weight[i] / sum);
+  }
+  return out;
+}

@@ -38,7 +38,7 @@ static void vt_unit_fail(const char *file, int line, const char *what) {
 #define skip() (vt_unit_skipped = 1, longjmp(vt_unit_escape, 2))
 #define cmocka_run_group_tests(tests, s, t) vt_unit_run(tests, sizeof(tests) / sizeof(tests[0]))
 static int vt_unit_run(const CMUnitTest *tests, size_t count) {
-  int failed = 0;
+  volatile int failed = 0; // survives longjmp
   for (size_t i = 0; i < count; i++) {
     void *state = NULL;
     int how = setjmp(vt_unit_escape);

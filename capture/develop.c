@@ -1,0 +1,273 @@
+// develop.c - from calibrated photographs to views: reading, mattes, undistortion, reduction
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Order: the matte is made on the photograph as it was taken, where a backdrop has not been resampled and a user's mask
+// fits; the RGBA picture is undistorted as a whole, so that matte and colour stay together; then it is reduced by a whole
+// factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the source,
+// so that width'/width is not quite 1/f and must not be used).
+//
+// Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full size.
+
+#include "capture/develop.h"
+#include "base/file.h"
+#include "base/image_file.h"
+#include "capture/masks.h"
+#include "capture/matte.h"
+
+#include <string.h>
+
+#define MAX_BATCH 256 // 4 for each of at most 64 workers
+
+// ---- which mattes
+
+static bool has_transparency(const vt_image *picture) {
+  if (picture->channels != 4) return false;
+  size_t count = (size_t)picture->width * (size_t)picture->height;
+  for (size_t i = 0; i < count; i++)
+    if (picture->pixels[4 * i + 3] != 255) return true;
+  return false;
+}
+
+// True in *found at the first picture that has an alpha channel with something in it.
+static vt_status find_alpha(vt_context *context, const vt_photos *photos, bool *found) {
+  *found = false;
+  for (int i = 0; i < photos->count && !*found; i++) {
+    if (!photos->items[i].has_alpha) continue;
+    vt_image picture = {0};
+    vt_status status = vt_read_image(context, photos->items[i].path, &picture);
+    if (!status) *found = has_transparency(&picture);
+    vt_free_image(context, &picture);
+    if (status) return status;
+  }
+  return VT_OK;
+}
+
+// Takes photographs without alpha, or without a mask, out of the list.
+static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_matte_mode mode,
+                                    vt_capture_report *report) {
+  int kept = 0;
+  vt_status status = VT_OK;
+  for (int i = 0; i < photos->count; i++) {
+    vt_photo *photo = &photos->items[i];
+    bool usable = mode == VT_MATTE_ALPHA ? photo->has_alpha : mode == VT_MATTE_MASKS ? photo->mask != NULL : true;
+    if (usable) {
+      photos->items[kept++] = *photo;
+      continue;
+    }
+    if (!status)
+      status = vt_leave_out(context, report, photo->name,
+                            mode == VT_MATTE_ALPHA ? "no alpha channel, which the others have"
+                                                   : "no mask, which the others have");
+    vt_free_photo(context, photo);
+  }
+  photos->count = kept;
+  return status;
+}
+
+vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
+                           vt_capture_report *report) {
+  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "none: everything is tree"};
+  vt_matte_mode mode = desc->matte;
+  bool by_user = desc->masks != NULL;
+  vt_status status = VT_OK;
+  if (mode == VT_MATTE_AUTO && !by_user) {
+    bool alpha = false;
+    status = find_alpha(context, photos, &alpha);
+    if (alpha) mode = VT_MATTE_ALPHA;
+  }
+  if (!status && (mode == VT_MATTE_AUTO || mode == VT_MATTE_MASKS)) {
+    int found = 0;
+    status = vt_find_masks(context, desc->masks, root, photos, &found);
+    if (!status && !found && (by_user || mode == VT_MATTE_MASKS))
+      return vt_fail(context, VT_BAD_INPUT,
+                     "%s: no mask fits a photograph; name them as the photographs, as in masks/%s.png, white where the "
+                     "tree is",
+                     by_user ? desc->masks : root, photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
+    mode = found ? VT_MATTE_MASKS : VT_MATTE_BACKDROP;
+  }
+  if (status) return status;
+  report->matte = mode;
+  vt_log(context, VT_LOG_NORMAL, "mattes: %s", names[mode]);
+  status = leave_out_unmatted(context, photos, mode, report);
+  if (!status && !photos->count)
+    status = vt_fail(context, VT_BAD_INPUT,
+                     "%s: no photograph has an alpha channel; give --matte masks, backdrop, sky or none", root);
+  return status;
+}
+
+// ---- one photograph
+
+typedef struct work {
+  vt_context *context;
+  const vt_capture_desc *desc;
+  vt_matte_mode mode;
+  vt_photo *photos; // of this batch
+  vt_view *views;
+  double border_share[MAX_BATCH], seconds[MAX_BATCH]; // seconds: of the matte
+  vt_status status[MAX_BATCH];
+} work;
+
+// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
+static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
+  vt_image out = {0};
+  vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
+  if (status) return status;
+  size_t channels = (size_t)picture->channels;
+  for (int y = 0; y < out.height; y++)
+    for (int x = 0; x < out.width; x++) {
+      int from_x = orientation == 5 || orientation == 6 ? y : out.height - 1 - y;
+      int from_y = orientation == 5 || orientation == 8 ? x : out.width - 1 - x;
+      memcpy(out.pixels + ((size_t)y * (size_t)out.width + (size_t)x) * channels,
+             picture->pixels + ((size_t)from_y * (size_t)picture->width + (size_t)from_x) * channels, channels);
+    }
+  vt_free_image(context, picture);
+  *picture = out;
+  return VT_OK;
+}
+
+static vt_status drop_alpha(vt_context *context, vt_image *picture) {
+  if (picture->channels == 3) return VT_OK;
+  vt_image out = {0};
+  vt_status status = vt_make_image(context, picture->width, picture->height, 3, &out);
+  if (status) return status;
+  size_t count = (size_t)out.width * (size_t)out.height;
+  for (size_t i = 0; i < count; i++) memcpy(out.pixels + 3 * i, picture->pixels + 4 * i, 3);
+  vt_free_image(context, picture);
+  *picture = out;
+  return VT_OK;
+}
+
+static vt_status read_photo(work *w, int i) {
+  vt_photo *photo = &w->photos[i];
+  vt_image *picture = &w->views[i].picture;
+  vt_status status = vt_read_image(w->context, photo->path, picture);
+  if (!status && photo->orientation > 1) status = turn(w->context, photo->orientation, picture);
+  if (status) return status;
+  if (picture->width != photo->width || picture->height != photo->height)
+    return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
+  switch (w->mode) {
+  case VT_MATTE_MASKS: return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);
+  case VT_MATTE_ALPHA: return picture->channels == 4 ? VT_OK : vt_make_opaque(w->context, picture);
+  case VT_MATTE_NONE: return vt_make_opaque(w->context, picture);
+  default: return drop_alpha(w->context, picture);
+  }
+}
+
+static vt_status matte_photo(work *w, int i) {
+  vt_image *picture = &w->views[i].picture, matted = {0};
+  if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
+  if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY) return VT_OK;
+  vt_status status = vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
+  if (status) {
+    vt_free_image(w->context, &matted);
+    return status;
+  }
+  vt_free_image(w->context, picture);
+  *picture = matted;
+  return VT_OK;
+}
+
+static vt_status finish_photo(work *w, int i) {
+  vt_photo *photo = &w->photos[i];
+  vt_view *view = &w->views[i];
+  vt_image other = {0};
+  vt_status status = VT_OK;
+  view->camera = vt_photo_camera(photo);
+  view->role = photo->role;
+  if (!vt_lens_is_pinhole(&photo->lens)) {
+    status = vt_undistort_image(w->context, &photo->lens, &view->picture, &view->camera, &other);
+    if (!status) {
+      vt_free_image(w->context, &view->picture);
+      view->picture = other;
+      other = (vt_image){0};
+    }
+  }
+  int longer = view->picture.width > view->picture.height ? view->picture.width : view->picture.height;
+  int bound = w->desc->max_image_size, factor = bound > 0 ? (int)(((long)longer + bound - 1) / bound) : 1;
+  if (!status && factor > 1) {
+    status = vt_reduce_image(w->context, &view->picture, factor, &other);
+    if (!status) {
+      vt_free_image(w->context, &view->picture);
+      view->picture = other;
+      other = (vt_image){0};
+      vt_camera *camera = &view->camera;
+      camera->width = view->picture.width;
+      camera->height = view->picture.height;
+      camera->fx /= factor, camera->fy /= factor, camera->cx /= factor, camera->cy /= factor;
+    }
+  }
+  vt_free_image(w->context, &other);
+  return status ? status : vt_check_camera(w->context, &view->camera, photo->path);
+}
+
+static vt_status develop_photo(work *w, int i) {
+  vt_status status = read_photo(w, i);
+  double start = vt_seconds();
+  if (!status) status = matte_photo(w, i);
+  w->seconds[i] = vt_seconds() - start;
+  return status ? status : finish_photo(w, i);
+}
+
+// ---- all
+
+static void develop_block(void *user, size_t begin, size_t end, int worker) {
+  work *w = user;
+  (void)worker;
+  for (size_t i = begin; i < end; i++) w->status[i] = develop_photo(w, (int)i);
+}
+
+// What failed beside others is tried again alone: of several bad files the first is then the one in the sentence,
+// whatever the threads did, and memory that only all together lacked is there.
+static vt_status develop_again(work *w, int count) {
+  vt_status status = VT_OK;
+  for (int i = 0; i < count && !status; i++) {
+    if (!w->status[i]) continue;
+    vt_clear_error(w->context);
+    vt_free_image(w->context, &w->views[i].picture);
+    status = develop_photo(w, i);
+  }
+  return status;
+}
+
+// How many photographs go together: few where as many as there are workers, each read, matted and undistorted, would take
+// a third of --max-memory; one where probes are wanted, which come in order then.
+static int choose_batch(vt_context *context, const vt_photos *photos) {
+  uint64_t pixels = 1, bound = vt_max_memory(context);
+  int workers = vt_thread_count(context), batch = 4 * workers < MAX_BATCH ? 4 * workers : MAX_BATCH;
+  for (int i = 0; i < photos->count; i++) {
+    uint64_t own = (uint64_t)photos->items[i].width * (uint64_t)photos->items[i].height;
+    if (own > pixels) pixels = own;
+  }
+  uint64_t fitting = bound ? bound / 3 / (32 * pixels) : (uint64_t)workers;
+  if (fitting < (uint64_t)workers) batch = fitting ? (int)fitting : 1;
+  return vt_wants_probes(context) ? 1 : batch;
+}
+
+vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
+                            vt_capture_report *report, vt_views *out) {
+  int batch = choose_batch(context, photos), inverted = 0;
+  int busy = batch < vt_thread_count(context) ? batch : vt_thread_count(context);
+  out->items = VT_NEW(context, vt_view, (size_t)photos->count);
+  if (!out->items) return VT_OUT_OF_MEMORY;
+  out->count = photos->count;
+  vt_status status = VT_OK;
+  for (int first = 0; first < photos->count && !status; first += batch) {
+    int count = photos->count - first < batch ? photos->count - first : batch;
+    work w = {context, desc, report->matte, photos->items + first, out->items + first, {0}, {0}, {0}};
+    status = vt_parallel(context, (size_t)count, 1, develop_block, &w);
+    if (!status) status = develop_again(&w, count);
+    for (int i = 0; i < count; i++) {
+      inverted += w.border_share[i] > 0.5;
+      report->seconds_mattes += w.seconds[i] / busy;
+    }
+    vt_progress(context, "photographs", (double)(first + count) / photos->count);
+  }
+  if (!status && 2 * inverted > photos->count)
+    vt_log(context, VT_LOG_NORMAL, "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
+  for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
+    out->items[i].name = photos->items[i].name;
+    photos->items[i].name = NULL;
+  }
+  if (status) vt_free_views(context, out);
+  return status;
+}

@@ -1,0 +1,50 @@
+// photos.h - the calibrated photographs of a capture, before any picture is read
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_CAPTURE_PHOTOS_H
+#define VT_CAPTURE_PHOTOS_H
+
+#include "base/views.h"
+#include "capture/capture.h"
+#include "capture/lens.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct vt_photo {
+  char *name, *path, *mask; // the view's name; files; mask is NULL if there is none; owned
+  vt_role role;             //
+  int width, height;        // pixels of the file, turned by `orientation`
+  int orientation;          // EXIF turn that the picture needs to agree with its camera, nearly always 1
+  bool has_alpha;           // by the file's header
+  vt_lens lens;             // of width x height; width 0: not said by the source, the file's
+  vt_mat3 rotation;         // cam_from_world
+  vt_vec3 translation;      // cam_from_world
+} vt_photo;
+
+typedef struct vt_photos {
+  int count, capacity;
+  vt_photo *items; // owned
+} vt_photos;
+
+// A zeroed photograph behind the others; NULL only without memory. Pointers to earlier ones become invalid.
+vt_photo *vt_add_photo(vt_context *, vt_photos *, const char *name, const char *path);
+void vt_free_photo(vt_context *, vt_photo *);
+void vt_free_photos(vt_context *, vt_photos *);
+
+// Reads the header of the file and scales the lens to its size. VT_BAD_INPUT if the file is no picture or has another
+// shape than its camera; `where` stands in front of the sentence.
+vt_status vt_fit_photo(vt_context *, vt_photo *, const char *where);
+// The pinhole camera of a photograph whose lens is one, else one to be filled by vt_undistort_image.
+vt_camera vt_photo_camera(const vt_photo *);
+
+// Adds "name: why" to the report.
+vt_status vt_leave_out(vt_context *, vt_capture_report *, const char *name, const char *why);
+
+// a, b and c in one string. NULL only without memory. Free with vt_free.
+char *vt_concat(vt_context *, const char *a, const char *b, const char *c);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,163 @@
+// stage_options.c - the options that several verbs share, kept in one table each so that they mean the same everywhere
+// SPDX-License-Identifier: BSD-3-Clause
+#include "programs/stage_options.h"
+
+#include <math.h>
+#include <string.h>
+
+const vt_option vt_common_options[] = {
+    {"help", 'h', VT_OPTION_FLAG, "", 0, 0, false, "show this help and stop"},
+    {"version", 0, VT_OPTION_FLAG, "", 0, 0, false, "show the version and stop"},
+    {"quiet", 'q', VT_OPTION_FLAG, "", 0, 0, false, "say nothing but errors"},
+    {"verbose", 'v', VT_OPTION_FLAG, "", 0, 0, false, "say more on stderr"},
+    {"threads", 0, VT_OPTION_INTEGER, "N", 1, 64, false, "workers; default: as many as the machine has. Results do not depend on it"},
+    {"max-memory", 0, VT_OPTION_BYTES, "SIZE", 0, 0, false, "most memory for the data of the run, like 4G; beyond it exit 6"},
+    {"json", 0, VT_OPTION_TEXT, "FILE|-", 0, 0, false, "write the figures as one JSON document; - is stdout, which then holds nothing else"},
+    {"report", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "write a folder with report.json, index.html and pictures"},
+    {"probe", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "write pictures of inner states (trimaps, hulls, residuals) into this folder"},
+    {"cache", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "where calibrations are kept; default: $XDG_CACHE_HOME/voltree or ~/.cache/voltree"},
+    {"no-cache", 0, VT_OPTION_FLAG, "", 0, 0, false, "keep and use no calibrations"},
+    {0}};
+
+// The words stand in the order of vt_matte_mode.
+#define MATTE_WORDS "auto|alpha|masks|backdrop|sky|none"
+const vt_option vt_source_options[] = {
+    {"matte", 0, VT_OPTION_CHOICE, MATTE_WORDS, 0, 0, false,
+     "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there are any, else backdrop"},
+    {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "folder of masks, white is tree; default: the usual places beside the photographs"},
+    {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
+    {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false, "reduce photographs to at most N pixels on the longer side"},
+    {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
+    {0}};
+
+// The words stand in the order of vt_quantiser.
+#define QUANTISER_WORDS "rgb-gla|lab-gla|lab-modified-gla"
+const vt_option vt_codebook_options[] = {
+    {"alpha-codewords", 0, VT_OPTION_INTEGER, "N", 1, 65536, false, "size of the codebook of opacities"},
+    {"colour-codewords", 0, VT_OPTION_INTEGER, "N", 1, 65536, false, "size of the codebook of colours"},
+    {"quantiser", 0, VT_OPTION_CHOICE, QUANTISER_WORDS, 0, 0, false, "how codebooks are trained"},
+    {0}};
+
+const vt_option vt_picture_options[] = {
+    {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false, "draw this level of the tree"},
+    {"views", 0, VT_OPTION_INTEGER, "K", 1, VT_MAX_BLEND_VIEWS, false, "blend the textures of the K closest photographs"},
+    {"blend", 0, VT_OPTION_CHOICE, "sum|geometric", 0, 0, false, "how they become one: premultiplied sum, or geometric mean of the transmittances"},
+    {"backend", 0, VT_OPTION_CHOICE, "auto|gl|cpu", 0, 0, false, "who draws; auto: OpenGL if it works here, else the CPU"},
+    {0}};
+
+// ---- photographs
+
+vt_status vt_load_source(vt_session *session, const char *source, vt_views *out, vt_capture_report *report) {
+  const vt_arguments *arguments = &session->arguments;
+  vt_capture_desc desc = vt_default_capture_desc();
+  desc.source = source;
+  desc.matte = (vt_matte_mode)vt_choice_of(arguments, "matte", (int)desc.matte);
+  desc.masks = vt_text_of(arguments, "masks", desc.masks);
+  desc.invert_masks = vt_given(arguments, "invert-masks");
+  desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
+  desc.colmap = vt_text_of(arguments, "colmap", desc.colmap);
+  desc.cache = session->cache;
+  vt_begin_stage(session);
+  vt_status status = vt_load_views(session->context, &desc, out, report);
+  vt_end_stage(session, "load");
+  if (status) return status;
+  if (report->seconds_calibration > 0) vt_note_stage(session, "calibration", report->seconds_calibration, 0);
+  if (report->seconds_mattes > 0) vt_note_stage(session, "mattes", report->seconds_mattes, 0);
+  return VT_OK;
+}
+
+static const char *matte_name(vt_matte_mode mode) {
+  static const char *const names[] = {"auto", "alpha", "masks", "backdrop", "sky", "none"};
+  return names[mode];
+}
+
+static const char *kind_name(vt_source_kind kind) {
+  return kind == VT_SOURCE_TRANSFORMS ? "transforms" : kind == VT_SOURCE_COLMAP ? "colmap" : "photographs";
+}
+
+void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views, const vt_capture_report *report) {
+  vt_json_put_string(json, "source", source);
+  vt_json_put_string(json, "source_kind", kind_name(report->kind));
+  vt_json_put_string(json, "matte", matte_name(report->matte));
+  vt_json_put_integer(json, "photographs_found", report->photograph_count);
+  vt_json_put_integer(json, "photographs_used", vt_count_views(views, VT_TRAIN));
+  vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));
+  vt_json_open_array(json, "photographs_left_out");
+  for (int i = 0; i < report->left_out_count; i++) vt_json_put_string(json, NULL, report->left_out[i]);
+  vt_json_close_array(json);
+  vt_json_put_number(json, "reprojection_error", report->reprojection_error);
+  vt_json_put_bool(json, "calibration_from_cache", report->calibration_from_cache);
+}
+
+void vt_say_source(vt_session *session, const char *source, const vt_views *views, const vt_capture_report *report) {
+  int test = vt_count_views(views, VT_TEST);
+  vt_say(session, "%s: %d of %d photographs with cameras (%s%s), mattes from %s", source, views->count,
+         report->photograph_count, kind_name(report->kind), report->calibration_from_cache ? ", from the cache" : "",
+         matte_name(report->matte));
+  if (test) vt_say(session, ", %d kept for judging", test);
+  vt_say(session, "\n");
+  for (int i = 0; i < report->left_out_count; i++) vt_say(session, "  left out: %s\n", report->left_out[i]);
+}
+
+// ---- packing
+
+vt_compress_desc vt_compress_desc_of(const vt_arguments *arguments) {
+  vt_compress_desc desc = vt_default_compress_desc();
+  desc.alpha_codewords = vt_integer_of(arguments, "alpha-codewords", desc.alpha_codewords);
+  desc.colour_codewords = vt_integer_of(arguments, "colour-codewords", desc.colour_codewords);
+  desc.quantiser = (vt_quantiser)vt_choice_of(arguments, "quantiser", (int)desc.quantiser);
+  return desc;
+}
+
+const char *vt_quantiser_name(vt_quantiser quantiser) {
+  return quantiser == VT_RGB_GLA ? "rgb-gla" : quantiser == VT_LAB_GLA ? "lab-gla" : "lab-modified-gla";
+}
+
+void vt_report_compression(vt_json_writer *json, const char *key, const vt_compress_desc *desc,
+                           const vt_compress_report *report) {
+  vt_json_open_object(json, key);
+  vt_json_put_string(json, "quantiser", vt_quantiser_name(desc->quantiser));
+  vt_json_put_integer(json, "tiles", (long long)report->tile_count);
+  vt_json_put_integer(json, "alpha_codewords", report->alpha_codewords);
+  vt_json_put_integer(json, "colour_codewords", report->colour_codewords);
+  vt_json_put_integer(json, "alpha_iterations", report->alpha_iterations);
+  vt_json_put_integer(json, "colour_iterations", report->colour_iterations);
+  vt_json_put_number(json, "texel_alpha_rmse", report->alpha_rmse);
+  vt_json_put_number(json, "texel_colour_psnr", report->colour_psnr);
+  vt_json_put_number(json, "texel_colour_delta_e", report->colour_delta_e);
+  vt_json_put_integer(json, "raw_bytes", (long long)report->raw_bytes);
+  vt_json_put_integer(json, "packed_bytes", (long long)report->packed_bytes);
+  vt_json_close_object(json);
+}
+
+// ---- drawing
+
+vt_render_desc vt_render_desc_of(const vt_arguments *arguments) {
+  vt_render_desc desc = vt_default_render_desc();
+  desc.level = vt_integer_of(arguments, "level", -1);
+  desc.blend_views = vt_integer_of(arguments, "views", desc.blend_views);
+  desc.blend = (vt_blend)vt_choice_of(arguments, "blend", (int)desc.blend);
+  return desc;
+}
+
+vt_backend vt_backend_of(const vt_arguments *arguments) {
+  return (vt_backend)vt_choice_of(arguments, "backend", VT_BACKEND_AUTO);
+}
+
+int vt_finest_level(const vt_tree *tree) {
+  for (int level = tree->octree.level_count - 1; level >= 0; level--)
+    if (tree->tiles[level].view_count > 0) return level;
+  return -1;
+}
+
+vt_status vt_check_level(vt_session *session, const vt_tree *tree, const char *name, int level) {
+  int finest = vt_finest_level(tree);
+  if (finest < 0)
+    return vt_fail(session->context, VT_BAD_INPUT, "%s: has no textures to draw; make the tree again with voltree "
+                   "reconstruct", name);
+  if (level < 0 || (level <= finest && tree->tiles[level].view_count > 0)) return VT_OK;
+  int coarsest = 0;
+  while (tree->tiles[coarsest].view_count == 0) coarsest++;
+  return vt_fail(session->context, VT_BAD_USAGE, "--level %d: %s has textures on the levels %d to %d; give one of these",
+                 level, name, coarsest, finest);
+}

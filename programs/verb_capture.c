@@ -1,0 +1,50 @@
+// verb_capture.c - voltree capture: photographs to a folder of calibrated, matted pictures that other programs read too
+// SPDX-License-Identifier: BSD-3-Clause
+#include "programs/report.h"
+#include "programs/stage_options.h"
+#include "programs/verbs.h"
+
+static const vt_option options[] = {
+    {"output", 'o', VT_OPTION_TEXT, "CAPTURE", 0, 0, true, "the folder to make"},
+    {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false, "keep every N-th photograph for judging, in transforms_test.json"},
+    {0}};
+
+static vt_status run(vt_session *session) {
+  vt_context *context = session->context;
+  const char *source = session->arguments.operands[0], *folder = vt_text_of(&session->arguments, "output", "");
+  vt_views views = {0};
+  vt_capture_report report = {0};
+  vt_status status = vt_check_output_folder(session, folder);
+  if (!status) status = vt_load_source(session, source, &views, &report);
+  if (status) goto done;
+  vt_hold_out(&views, vt_integer_of(&session->arguments, "holdout", 0));
+  if (vt_count_views(&views, VT_TRAIN) == 0) {
+    status = vt_fail(context, VT_TOO_FEW_VIEWS, "%s: holds no photograph to reconstruct from; add some", source);
+    goto done;
+  }
+  vt_begin_stage(session);
+  status = vt_write_capture(context, &views, folder);
+  if (status) goto done;
+  vt_end_stage(session, "write");
+  vt_say_source(session, source, &views, &report);
+  vt_say(session, "%s: written in %.1f s\n", folder, vt_seconds() - session->start);
+  vt_json_writer json = vt_begin_report(session);
+  vt_report_source(&json, source, &views, &report);
+  vt_json_put_string(&json, "output", folder);
+  status = vt_end_report(session, &json);
+done:
+  vt_free_capture_report(context, &report);
+  vt_free_views(context, &views);
+  return status;
+}
+
+const vt_verb vt_verb_capture = {
+    .name = "capture",
+    .operands = "PHOTOS",
+    .summary = "find cameras and mattes of photographs and write them as a capture folder",
+    .notes = "PHOTOS is a folder of photographs, a COLMAP workspace, or a folder with transforms.json; what is already there "
+             "is used. CAPTURE gets undistorted PNG pictures with alpha and transforms.json.",
+    .example = "voltree capture photos/ -o capture --matte backdrop",
+    .operand_count = 1,
+    .tables = {options, vt_source_options, vt_common_options},
+    .run = run};

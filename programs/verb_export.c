@@ -1,0 +1,101 @@
+// verb_export.c - voltree export: the cells of a level as a point cloud that other programs read
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// PLY, binary little-endian: a point at the centre of each cell with the cell's own colour, its opacity along an edge as
+// the point's alpha, and its extinction per unit of length.
+#include "base/file.h"
+#include "octree/octree.h"
+#include "programs/report.h"
+#include "programs/stage_options.h"
+#include "programs/verbs.h"
+
+#include <string.h>
+
+static const vt_option options[] = {
+    {"output", 'o', VT_OPTION_TEXT, "FILE.ply", 0, 0, true, "the file to write; its ending says the format, ply"},
+    {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false, "the level whose cells are written; default: the finest"},
+    {0}};
+
+#define POINT_BYTES (3 * 4 + 4 + 4)
+
+static uint8_t *put_float(uint8_t *at, double value) { // little-endian on every machine
+  float single = (float)value;
+  uint32_t bits;
+  memcpy(&bits, &single, sizeof bits);
+  for (int i = 0; i < 4; i++) *at++ = (uint8_t)(bits >> 8 * i);
+  return at;
+}
+
+static uint8_t byte_of(double unit) { return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5); }
+
+static vt_status make_ply(vt_context *context, const vt_octree *octree, int number, uint8_t **out, size_t *out_size) {
+  const vt_level *level = &octree->levels[number];
+  double edge = vt_cell_edge(octree, number);
+  char *head = vt_print_text(context, "ply\nformat binary_little_endian 1.0\ncomment voltree " VT_VERSION ", level %d, edge of a cell %.17g\n"
+      "element vertex %u\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
+      "property uchar blue\nproperty uchar alpha\nproperty float extinction\nend_header\n",
+      number, edge, (unsigned)level->cell_count);
+  if (!head) return VT_OUT_OF_MEMORY;
+  size_t head_size = strlen(head);
+  *out_size = head_size + (size_t)level->cell_count * POINT_BYTES;
+  *out = vt_alloc(context, *out_size, 1);
+  if (*out) {
+    memcpy(*out, head, head_size);
+    uint8_t *at = *out + head_size;
+    for (uint32_t i = 0; i < level->cell_count; i++) {
+      vt_vec3 centre = vt_cell_centre(octree, number, i);
+      at = put_float(put_float(put_float(at, centre.x), centre.y), centre.z);
+      for (size_t c = 0; c < 3; c++) *at++ = byte_of((double)level->colour[3 * (size_t)i + c]);
+      *at++ = byte_of(-expm1(-(double)level->optical_depth[i]));
+      at = put_float(at, (double)level->optical_depth[i] / edge);
+    }
+  }
+  vt_free(context, head);
+  return *out ? VT_OK : VT_OUT_OF_MEMORY;
+}
+
+static vt_status run(vt_session *session) {
+  vt_context *context = session->context;
+  const char *input = session->arguments.operands[0], *output = vt_text_of(&session->arguments, "output", "");
+  const char *ending = strrchr(vt_base_name(output), '.');
+  if (!ending || strcmp(ending, ".ply"))
+    return vt_fail(context, VT_BAD_USAGE, "%s: no format goes by this ending; give a name that ends in .ply", output);
+  vt_tree tree = {0};
+  uint8_t *bytes = NULL;
+  size_t size = 0;
+  char text[32];
+  vt_status status = vt_check_output_file(session, output);
+  if (!status) status = vt_read_tree(context, input, &tree, NULL);
+  if (status) goto done;
+  int level = vt_integer_of(&session->arguments, "level", tree.octree.level_count - 1);
+  if (level >= tree.octree.level_count) {
+    status = vt_fail(context, VT_BAD_USAGE, "--level %d: %s has the levels 0 to %d; give one of these", level, input,
+                     tree.octree.level_count - 1);
+    goto done;
+  }
+  status = make_ply(context, &tree.octree, level, &bytes, &size);
+  if (!status) status = vt_write_file(context, output, bytes, size);
+  if (status) goto done;
+  uint32_t points = tree.octree.levels[level].cell_count;
+  vt_say(session, "%s: %u points of level %d, %s\n", output, (unsigned)points, level, vt_show_bytes(size, text));
+  vt_json_writer json = vt_begin_report(session);
+  vt_json_put_string(&json, "output", output);
+  vt_json_put_integer(&json, "level", level);
+  vt_json_put_integer(&json, "points", points);
+  vt_json_put_integer(&json, "file_bytes", (long long)size);
+  status = vt_end_report(session, &json);
+done:
+  vt_free(context, bytes);
+  vt_free_tree(context, &tree);
+  return status;
+}
+
+const vt_verb vt_verb_export = {
+    .name = "export",
+    .operands = "TREE",
+    .summary = "write the cells of a level as a point cloud (PLY)",
+    .notes = "",
+    .example = "voltree export tree.vtree -o tree.ply --level 6",
+    .operand_count = 1,
+    .tables = {options, vt_common_options},
+    .run = run};

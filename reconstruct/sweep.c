@@ -1,0 +1,246 @@
+// sweep.c - every pixel's ray through the cells, in fixed lanes
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Solver, colours, ratios and refinement all do the same walk and differ in what they do with a ray's chords. A picture
+// is cut into bands of rows; band b of view i belongs to lane (b + i) mod VT_LANES, so every lane sees an even share of
+// every view, and its own sums (one array a lane) depend on nothing but the input.
+//
+// The walk costs several times what is done with its chords, and the same rays are swept ten to a hundred times: so the
+// chords of a level are kept (8 bytes each) as long as a bound of memory allows, and renumbered when cells are dropped.
+
+#include "reconstruct/sweep.h"
+
+#include <string.h>
+
+#define BAND_ROWS 4
+
+typedef struct kept_ray {
+  uint16_t x, y;
+  uint32_t chord_count;
+} kept_ray;
+
+typedef struct vt_ray_lane {
+  kept_ray *rays;
+  vt_chord *chords;
+  size_t ray_count, ray_capacity, chord_count, chord_capacity;
+  size_t *first_ray, *first_chord; // [views + 1]
+  vt_segment *segments;            // scratch of one ray
+  vt_chord *scratch;               // the same as chords
+} vt_ray_lane;
+
+typedef vt_status (*walk_visitor)(void *user, const vt_swept_ray *);
+
+// Walks the rays of one view that belong to a lane.
+static vt_status walk_view(const vt_rays *rays, int lane, int view, walk_visitor visit, void *user) {
+  vt_ray_lane *l = &rays->lanes[lane];
+  const vt_camera *camera = &rays->views->cameras[view];
+  const vt_image *picture = &rays->views->pictures[view];
+  for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < picture->height; band += VT_LANES)
+    for (int y = band * BAND_ROWS; y < (band + 1) * BAND_ROWS && y < picture->height; y++)
+      for (int x = 0; x < picture->width; x++) {
+        vt_ray ray = vt_camera_ray(camera, x + 0.5, y + 0.5);
+        size_t count = vt_walk_ray(rays->octree, rays->level, &ray, l->segments);
+        if (!count) continue;
+        for (size_t k = 0; k < count; k++) l->scratch[k] = (vt_chord){l->segments[k].cell, l->segments[k].length};
+        const uint8_t *pixel = picture->pixels + 4 * ((size_t)y * (size_t)picture->width + (size_t)x);
+        vt_status status = visit(user, &(vt_swept_ray){lane, view, x, y, pixel, l->scratch, count});
+        if (status) return status;
+      }
+  return VT_OK;
+}
+
+typedef struct collect_job {
+  vt_context *context;
+  vt_rays *rays;
+  uint64_t lane_bound; // bytes
+  vt_status status[VT_LANES];
+} collect_job;
+
+static vt_status keep_ray(void *user, const vt_swept_ray *ray) {
+  collect_job *job = user;
+  vt_ray_lane *lane = &job->rays->lanes[ray->lane];
+  if (lane->ray_count == lane->ray_capacity || lane->chord_count + ray->chord_count > lane->chord_capacity) {
+    size_t rays = lane->ray_capacity + lane->ray_capacity / 2 + 4096;
+    size_t chords = lane->chord_capacity + lane->chord_capacity / 2 + 65536;
+    if (rays * sizeof(kept_ray) + chords * sizeof(vt_chord) > job->lane_bound) return VT_OUT_OF_MEMORY;
+    kept_ray *r = vt_realloc(job->context, lane->rays, rays, sizeof *r);
+    if (!r) return VT_OUT_OF_MEMORY;
+    lane->rays = r;
+    lane->ray_capacity = rays;
+    vt_chord *c = vt_realloc(job->context, lane->chords, chords, sizeof *c);
+    if (!c) return VT_OUT_OF_MEMORY;
+    lane->chords = c;
+    lane->chord_capacity = chords;
+  }
+  lane->rays[lane->ray_count++] = (kept_ray){(uint16_t)ray->x, (uint16_t)ray->y, (uint32_t)ray->chord_count};
+  memcpy(lane->chords + lane->chord_count, ray->chords, ray->chord_count * sizeof *ray->chords);
+  lane->chord_count += ray->chord_count;
+  return VT_OK;
+}
+
+static void collect_lanes(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  collect_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    vt_ray_lane *lane = &job->rays->lanes[i];
+    for (int view = 0; view < job->rays->views->count && !job->status[i]; view++) {
+      job->status[i] = walk_view(job->rays, (int)i, view, keep_ray, job);
+      lane->first_ray[view + 1] = lane->ray_count;
+      lane->first_chord[view + 1] = lane->chord_count;
+    }
+  }
+}
+
+static void forget_kept(vt_context *context, vt_rays *rays) {
+  for (int i = 0; i < VT_LANES; i++) {
+    vt_ray_lane *lane = &rays->lanes[i];
+    vt_free(context, lane->rays);
+    vt_free(context, lane->chords);
+    lane->rays = NULL;
+    lane->chords = NULL;
+  }
+  rays->kept = false;
+}
+
+vt_status vt_collect_rays(vt_context *context, const vt_octree *octree, int level, const vt_reduced_views *views,
+                          uint64_t memory_bound, vt_rays *out) {
+  size_t max = vt_max_segments(&octree->levels[level]), count = (size_t)views->count;
+  *out = (vt_rays){octree, views, level, false, vt_alloc(context, VT_LANES, sizeof(vt_ray_lane))};
+  if (!out->lanes) return VT_OUT_OF_MEMORY;
+  bool there = true;
+  for (int i = 0; i < VT_LANES; i++) {
+    vt_ray_lane *lane = &out->lanes[i];
+    lane->segments = VT_NEW(context, vt_segment, max);
+    lane->scratch = VT_NEW(context, vt_chord, max);
+    lane->first_ray = VT_NEW(context, size_t, count + 1);
+    lane->first_chord = VT_NEW(context, size_t, count + 1);
+    there = there && lane->segments && lane->scratch && lane->first_ray && lane->first_chord;
+  }
+  collect_job job = {.context = context, .rays = out, .lane_bound = memory_bound / VT_LANES};
+  vt_status status = there ? vt_parallel(context, VT_LANES, 1, collect_lanes, &job) : VT_OUT_OF_MEMORY;
+  out->kept = true;
+  for (int i = 0; i < VT_LANES; i++) out->kept = out->kept && !job.status[i];
+  if (!status && !out->kept) {
+    forget_kept(context, out);
+    vt_clear_error(context); // the bound was met: not an error, only slower
+    vt_log(context, VT_LOG_VERBOSE, "level %d: its rays need more than %.0f MB and are walked anew each time", level,
+           (double)memory_bound / 1e6);
+  }
+  if (status) vt_free_rays(context, out);
+  return status;
+}
+
+void vt_free_rays(vt_context *context, vt_rays *rays) {
+  if (!rays->lanes) return;
+  forget_kept(context, rays);
+  for (int i = 0; i < VT_LANES; i++) {
+    vt_free(context, rays->lanes[i].segments);
+    vt_free(context, rays->lanes[i].scratch);
+    vt_free(context, rays->lanes[i].first_ray);
+    vt_free(context, rays->lanes[i].first_chord);
+  }
+  vt_free(context, rays->lanes);
+  *rays = (vt_rays){0};
+}
+
+typedef struct renumber_job {
+  const vt_rays *rays;
+  const uint32_t *new_index;
+} renumber_job;
+
+static void renumber_lanes(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  renumber_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    vt_ray_lane *lane = &job->rays->lanes[i];
+    size_t ray_out = 0, chord_in = 0, chord_out = 0, ray_in = 0;
+    for (int view = 0; view < job->rays->views->count; view++) {
+      size_t last = lane->first_ray[view + 1];
+      lane->first_ray[view] = ray_out;
+      lane->first_chord[view] = chord_out;
+      for (; ray_in < last; ray_in++) {
+        kept_ray ray = lane->rays[ray_in];
+        size_t start = chord_out;
+        for (size_t k = 0; k < ray.chord_count; k++, chord_in++) {
+          uint32_t cell = job->new_index[lane->chords[chord_in].cell];
+          if (cell != VT_NO_CELL) lane->chords[chord_out++] = (vt_chord){cell, lane->chords[chord_in].length};
+        }
+        ray.chord_count = (uint32_t)(chord_out - start);
+        if (ray.chord_count) lane->rays[ray_out++] = ray;
+      }
+    }
+    lane->first_ray[job->rays->views->count] = lane->ray_count = ray_out;
+    lane->first_chord[job->rays->views->count] = lane->chord_count = chord_out;
+  }
+}
+
+void vt_renumber_rays(vt_context *context, vt_rays *rays, const uint32_t *new_index) {
+  if (rays->kept) (void)vt_parallel(context, VT_LANES, 1, renumber_lanes, &(renumber_job){rays, new_index});
+}
+
+typedef struct sweep_job {
+  const vt_rays *rays;
+  const int *chosen;
+  int chosen_count;
+  vt_ray_visitor visit;
+  void *user;
+} sweep_job;
+
+static vt_status pass_on(void *user, const vt_swept_ray *ray) {
+  sweep_job *job = user;
+  job->visit(job->user, ray);
+  return VT_OK;
+}
+
+static void sweep_kept(const sweep_job *job, int lane_number, int view) {
+  const vt_ray_lane *lane = &job->rays->lanes[lane_number];
+  const vt_image *picture = &job->rays->views->pictures[view];
+  const vt_chord *chords = lane->chords + lane->first_chord[view];
+  for (size_t i = lane->first_ray[view]; i < lane->first_ray[view + 1]; i++) {
+    const kept_ray *ray = &lane->rays[i];
+    const uint8_t *pixel = picture->pixels + 4 * ((size_t)ray->y * (size_t)picture->width + ray->x);
+    job->visit(job->user, &(vt_swept_ray){lane_number, view, ray->x, ray->y, pixel, chords, ray->chord_count});
+    chords += ray->chord_count;
+  }
+}
+
+static void sweep_lanes(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  sweep_job *job = user;
+  for (int lane = (int)begin; lane < (int)end; lane++)
+    for (int i = 0; i < job->chosen_count; i++) {
+      int view = job->chosen ? job->chosen[i] : i;
+      if (job->rays->kept)
+        sweep_kept(job, lane, view);
+      else
+        (void)walk_view(job->rays, lane, view, pass_on, job);
+    }
+}
+
+vt_status vt_sweep_rays(vt_context *context, const vt_rays *rays, const int *chosen, int chosen_count,
+                        vt_ray_visitor visit, void *user) {
+  sweep_job job = {rays, chosen, chosen ? chosen_count : rays->views->count, visit, user};
+  return vt_parallel(context, VT_LANES, 1, sweep_lanes, &job);
+}
+
+typedef struct add_job {
+  float *lanes, *out;
+  size_t count;
+} add_job;
+
+static void add_some(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  add_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    float sum = 0;
+    for (size_t lane = 0; lane < VT_LANES; lane++) {
+      sum += job->lanes[lane * job->count + i];
+      job->lanes[lane * job->count + i] = 0;
+    }
+    job->out[i] = sum;
+  }
+}
+
+vt_status vt_add_lanes(vt_context *context, float *lanes, size_t count, float *out) {
+  return vt_parallel(context, count, 16384, add_some, &(add_job){lanes, out, count});
+}

@@ -1,0 +1,157 @@
+// draw_gl_shaders.h - what one cell shows to a fragment, in GLSL
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_RENDER_DRAW_GL_SHADERS_H
+#define VT_RENDER_DRAW_GL_SHADERS_H
+
+// The definition is octree.h's ("compositing"); octree/composite.c says the same in C and explains the formulas. Bodies
+// without #version, valid as OpenGL ES 3.00 and as OpenGL 3.30; the maker puts in front of them
+//   VIEWS      chosen views, 0: flat
+//   TEXELS     texels along a tile's edge; ONE_ROW defined if a tile never straddles two rows of its texture
+//   PACKED     defined if textures are codewords;  GEOMETRIC  defined for VT_BLEND_GEOMETRIC
+// Lengths are cell edges from the root's centre. Linear arrays lie in array textures of 2048 x 2048 elements a layer.
+
+static const char vt_shader_shared[] =
+    "uniform vec3 right, down, forward;\n" // the camera's axes
+    "uniform vec3 foot;\n"                 // where the camera's axis pierces the plane of depth `depth`
+    "uniform float depth;\n"               // of the root's centre before the camera
+    "ivec3 place(uint i) { return ivec3(int(i & 2047u), int((i >> 11) & 2047u), int(i >> 22)); }\n";
+
+static const char vt_vertex_shader[] =
+    "uniform usampler2DArray cells;\n"
+    "uniform float middle_cell;\n"
+    "uniform vec2 focal, principal, size;\n"
+    "flat out vec3 centre;\n"
+    "uint cell;\n" // an index is 4 * cell + corner
+    "#if VIEWS > 0\n"
+    "uniform usampler2DArray tile_of, codes;\n"
+    "uniform uint cell_count;\n"
+    "uniform int view[VIEWS];\n"
+    "uniform mat3 view_m[VIEWS];\n"     // homogeneous pixel of a view = m X + b
+    "uniform vec3 view_b[VIEWS];\n"
+    "uniform float texel_rate[VIEWS];\n" // texels per pixel at depth 1
+    "flat out uvec4 board[VIEWS];\n"    // left, top, texels per pixel (0: no tile) as bits; tile or codewords
+    "void find_board(int v) {\n"
+    "  uint tile = texelFetch(tile_of, place(uint(view[v]) * cell_count + cell), 0).r;\n"
+    "  vec3 h = view_m[v] * centre + view_b[v];\n"
+    "  board[v] = uvec4(0u);\n"
+    "  if (tile == 0xffffffffu || !(h.z > 0.0)) return;\n"
+    "#ifdef PACKED\n"
+    "  tile = texelFetch(codes, place(tile), 0).r;\n"
+    "#endif\n"
+    "  float scale = h.z * texel_rate[v];\n"
+    "  vec2 corner = h.xy / h.z - 0.5 * float(TEXELS) / scale;\n"
+    "  board[v] = uvec4(floatBitsToUint(corner), floatBitsToUint(scale), tile);\n"
+    "}\n"
+    "#else\n"
+    "uniform sampler2DArray looks;\n"
+    "flat out vec4 look;\n"
+    "#endif\n"
+    // The rectangle around the projection of the box around the cell along the camera's axes, in front of a plane so
+    // near that what it cuts off is shorter than any chord that counts. Cells beside the eye get what they need of the
+    // picture, no more: an eye inside the crown pays for a handful of large quads.
+    "void main() {\n"
+    "  cell = uint(gl_VertexID) >> 2;\n"
+    "  centre = vec3(texelFetch(cells, place(cell), 0).xyz) - middle_cell;\n"
+    "  vec3 c = vec3(dot(right, centre - foot), dot(down, centre - foot), depth + dot(forward, centre));\n"
+    "  vec3 e = 0.5 * vec3(dot(abs(right), vec3(1)), dot(abs(down), vec3(1)), dot(abs(forward), vec3(1)));\n"
+    "  float nearest = max(c.z - e.z, 1e-5), farthest = c.z + e.z;\n"
+    "  vec2 low = c.xy - e.xy, high = c.xy + e.xy;\n"
+    "  low /= vec2(low.x < 0.0 ? nearest : farthest, low.y < 0.0 ? nearest : farthest);\n"
+    "  high /= vec2(high.x > 0.0 ? nearest : farthest, high.y > 0.0 ? nearest : farthest);\n"
+    "  low = max((low * focal + principal - 0.01) * 2.0 / size - 1.0, -1.0);\n"
+    "  high = min((high * focal + principal + 0.01) * 2.0 / size - 1.0, 1.0);\n"
+    "  gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n" // off the picture
+    "  if (!(farthest > nearest) || !(low.x < high.x) || !(low.y < high.y)) return;\n"
+    "  gl_Position.x = (gl_VertexID & 1) == 0 ? low.x : high.x;\n"
+    "  gl_Position.y = (gl_VertexID & 2) == 0 ? low.y : high.y;\n"
+    "#if VIEWS > 0\n"
+    "  for (int v = 0; v < VIEWS; v++) find_board(v);\n"
+    "#else\n"
+    "  look = texelFetch(looks, place(cell), 0);\n"
+    "#endif\n"
+    "}\n";
+
+static const char vt_fragment_shader[] =
+    "uniform vec4 lens;\n" // of a pixel to the plane at depth 1: factor, offset
+    "flat in vec3 centre;\n"
+    "layout(location = 0) out vec4 colour;\n"
+    "#if VIEWS > 0\n"
+    "uniform mat3 view_m[VIEWS];\n"
+    "uniform vec3 view_b[VIEWS];\n"
+    "uniform float weight[VIEWS];\n"
+    "flat in uvec4 board[VIEWS];\n"
+    "#ifdef PACKED\n"
+    "uniform sampler2DArray alphas, colours;\n"
+    "#else\n"
+    "uniform sampler2DArray texels;\n"
+    "#endif\n"
+    "float alpha_of(float a) { return min(a, 254.5 / 255.0); }\n"
+    "ivec3 texel_place(uint tile, ivec2 at) {\n"
+    "#ifdef ONE_ROW\n"
+    "  return place(tile * uint(TEXELS * TEXELS)) + ivec3(at.y * TEXELS + at.x, 0, 0);\n"
+    "#else\n"
+    "  return place(tile * uint(TEXELS * TEXELS) + uint(at.y * TEXELS + at.x));\n"
+    "#endif\n"
+    "}\n"
+    "vec4 texel(uint tile, ivec2 at) {\n"
+    "#ifdef PACKED\n"
+    "  float a = texelFetch(alphas, texel_place(tile & 0xffffu, at), 0).r;\n"
+    "  return vec4(texelFetch(colours, texel_place(tile >> 16, at), 0).rgb, alpha_of(a));\n"
+    "#else\n"
+    "  vec4 t = texelFetch(texels, texel_place(tile, at), 0);\n"
+    "  return vec4(t.rgb, alpha_of(t.a));\n"
+    "#endif\n"
+    "}\n"
+    "vec4 look_up(uvec4 b, vec3 h) {\n"
+    "  vec2 pixel = h.xy / max(h.z, 1e-6);\n"
+    "  vec2 at = (pixel - uintBitsToFloat(b.xy)) * uintBitsToFloat(b.z) - 0.5;\n"
+    "  at = clamp(at, 0.0, float(TEXELS - 1));\n"
+    "  ivec2 first = ivec2(at), last = min(first + 1, TEXELS - 1);\n"
+    "  vec2 f = at - vec2(first);\n"
+    "  vec4 above = mix(texel(b.w, first), texel(b.w, ivec2(last.x, first.y)), f.x);\n"
+    "  vec4 below = mix(texel(b.w, ivec2(first.x, last.y)), texel(b.w, last), f.x);\n"
+    "  return mix(above, below, f.y);\n"
+    "}\n"
+    "vec4 shown(vec3 x, float chord) {\n"
+    "  float total = 0.0, logs = 0.0;\n"
+    "  vec4 sum = vec4(0);\n"
+    "  for (int v = 0; v < VIEWS; v++) {\n"
+    "    if (board[v].z == 0u) continue;\n"
+    "    vec4 t = look_up(board[v], view_m[v] * x + view_b[v]);\n"
+    "    float s = -log(1.0 - t.a);\n"
+    "    total += weight[v];\n"
+    "#ifdef GEOMETRIC\n"
+    "    logs += weight[v] * log(s + 1e-4);\n"
+    "    sum += weight[v] * s * vec4(t.rgb, 1.0);\n"
+    "#else\n"
+    "    sum += weight[v] * (1.0 - exp(-s * chord)) * vec4(t.rgb, 1.0);\n"
+    "#endif\n"
+    "  }\n"
+    "  if (!(sum.a > 0.0)) return vec4(0);\n"
+    "#ifdef GEOMETRIC\n"
+    "  return (1.0 - exp(-max(exp(logs / total) - 1e-4, 0.0) * chord)) * vec4(sum.rgb / sum.a, 1.0);\n"
+    "#else\n"
+    "  return sum / total;\n"
+    "#endif\n"
+    "}\n"
+    "#else\n"
+    "flat in vec4 look;\n"
+    "#endif\n"
+    "void main() {\n"
+    "  vec2 q = gl_FragCoord.xy * lens.xy + lens.zw;\n"
+    "  vec3 aside = q.x * right + q.y * down, d = forward + aside;\n"
+    "  float plane = dot(forward, centre), z = depth + plane;\n"
+    "  vec3 x = foot + plane * forward + z * aside, from = x - centre;\n"
+    "  vec3 safe = mix(d, vec3(1e-9), lessThan(abs(d), vec3(1e-9)));\n"
+    "  vec3 t0 = (-0.5 - from) / safe, t1 = (0.5 - from) / safe, enter = min(t0, t1), leave = max(t0, t1);\n"
+    "  float chord = min(min(leave.x, leave.y), leave.z) - max(max(enter.x, enter.y), max(enter.z, -z));\n"
+    "  chord *= length(d);\n"
+    "  if (!(chord > 1e-5)) discard;\n"
+    "#if VIEWS > 0\n"
+    "  colour = shown(x, chord);\n"
+    "#else\n"
+    "  colour = (1.0 - exp(-look.a * chord)) * vec4(look.rgb, 1.0);\n"
+    "#endif\n"
+    "}\n";
+
+#endif
