@@ -192,9 +192,13 @@ static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, 
   measure_contrast(m, b);
   find_peaks(m);
   for (size_t p = 0; p < m->count; p++) {
+    const uint8_t *c = m->rgb->pixels + p * 3, *back = b->pixels + p * 3;
+    bool darker = c[0] + c[1] + c[2] < back[0] + back[1] + back[2]; // then what is near B is no shade, but a gap
     int here = m->contrast[p] < LEAST ? 0 : m->contrast[p], peak = m->scratch[p];
-    m->mask[p] = !here || 2 * here < peak;
-    m->contrast[p] = (uint8_t)((here && 100 * here >= PEAK * peak) | (here && 4 * here >= peak && m->trimap[p] >= INSIDE) << 1);
+    m->mask[p] = !here || 100 * here < (darker ? 70 : 50) * peak;
+    if (darker && m->mask[p] && m->trimap[p] == CORE) m->trimap[p] = INSIDE;
+    bool shade = !darker && here && 4 * here >= peak && m->trimap[p] >= INSIDE;
+    m->contrast[p] = (uint8_t)((here && 100 * here >= PEAK * peak) | shade << 1);
   }
   keep_insides(m);
   for (size_t p = 0; p < m->count; p++) count += m->mask[p] = m->scratch[p] || (m->contrast[p] & 2);
@@ -224,7 +228,7 @@ static float lowest_alpha(const uint8_t *i, const uint8_t *b) {
 static void solve_alpha(matte *m, const vt_image *b, const vt_image *f) {
   for (size_t p = 0; p < m->count; p++) {
     float alpha = m->trimap[p] == BACKDROP ? 0 : 1;
-    if (m->trimap[p] == MAYBE || m->trimap[p] == PLANT) {
+    if (m->trimap[p] != BACKDROP && m->trimap[p] != CORE) {
       const uint8_t *i = m->rgb->pixels + p * 3, *bp = b->pixels + p * 3;
       alpha = on_colour_line(i, bp, f->pixels + p * 3);
       if (alpha < 0) alpha = ((float)m->distance[p] / STEPS - DOUBTFUL) / (2 * (SURE - DOUBTFUL));

@@ -16,11 +16,12 @@
 
 enum { TERMS = 6, ROUNDS = 12, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared pixels of a tile are looked at
 #define NOISE 1.6f       // of a camera, standard deviation in levels; floor of every covariance
-#define SHADING 10.0f    // levels by which folds change a cloth along its own colour
+#define SHADING 10.0f    // levels by which folds change a cloth along its own colour, at most; as much as at the border
+#define LEAST_SHADING 3.0f
 #define INSIDE 3.0f      // a pixel within so many standard deviations is backdrop
 #define CORE 0.7         // share of a tile's backdrop that its model is drawn from
 #define CORE_SCALE 1.7f  // variance of a 3-D normal distribution over that of its likest 70 %
-#define ENOUGH 0.3f      // share of a tile's pixels from which a model is drawn
+#define ENOUGH 0.5f      // share of a tile's pixels from which a model is drawn
 #define MOSTLY 0.5f      // share from which a tile joins its neighbours' backdrop
 
 typedef struct sample {
@@ -29,6 +30,13 @@ typedef struct sample {
   float weight;
   bool seed;
 } sample;
+
+// How much the backdrop varies as a whole, about its surface.
+typedef struct variation {
+  float covariance[6]; // xx xy xz yy yz zz, levels squared
+  float inverse[6];    // of it with the camera's noise
+  float shading;       // variance along a colour itself that folds may add anywhere
+} variation;
 
 void vt_free_backdrop(vt_context *context, vt_backdrop *backdrop) {
   vt_free(context, backdrop->tiles);
@@ -171,8 +179,8 @@ static void solve_surface(const sample *samples, size_t count, int terms, double
     }
 }
 
-// Fits the surface and returns the scale of its residuals in levels. `scratch` holds count values.
-static float fit_surface(sample *samples, size_t count, float *scratch, double coefficients[TERMS][3]) {
+// Fits the surface. `scratch` holds count values.
+static void fit_surface(sample *samples, size_t count, float *scratch, double coefficients[TERMS][3]) {
   size_t seeds = 0;
   for (size_t i = 0; i < count; i++) seeds += samples[i].seed;
   memset(coefficients, 0, sizeof(double[TERMS][3]));
@@ -198,27 +206,34 @@ static float fit_surface(sample *samples, size_t count, float *scratch, double c
     float spread = quantile(scratch, n, 0.5) * 1.2f; // median length of a 3-D residual that varies mostly one way
     scale = spread < 3 ? 3 : spread > 24 ? 24 : spread;
   }
-  return scale;
 }
 
-// Adds the floors to a covariance (xx xy xz yy yz zz) and inverts it.
-static void invert_covariance(const float covariance[6], const float mean[3], float inverse[6]) {
-  float length = sqrtf(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]) + 1;
-  float s[6];
-  for (int i = 0, k = 0; i < 3; i++)
-    for (int j = i; j < 3; j++, k++) {
-      float direction_i = (mean[i] + 0.577f) / length, direction_j = (mean[j] + 0.577f) / length;
-      s[k] = covariance[k] + SHADING * SHADING * direction_i * direction_j + (i == j ? NOISE * NOISE : 0);
-    }
+// Inverts a covariance (xx xy xz yy yz zz).
+static void invert(const float s[6], float inverse[6]) {
   float a = s[3] * s[5] - s[4] * s[4], b = s[2] * s[4] - s[1] * s[5], c = s[1] * s[4] - s[2] * s[3];
-  float determinant = s[0] * a + s[1] * b + s[2] * c;
-  float f = 1 / (determinant > 1e-6f ? determinant : 1e-6f);
+  float determinant = s[0] * a + s[1] * b + s[2] * c, f = 1 / (determinant > 1e-6f ? determinant : 1e-6f);
   inverse[0] = a * f;
   inverse[1] = b * f;
   inverse[2] = c * f;
   inverse[3] = (s[0] * s[5] - s[2] * s[2]) * f;
   inverse[4] = (s[1] * s[2] - s[0] * s[4]) * f;
   inverse[5] = (s[0] * s[3] - s[1] * s[1]) * f;
+}
+
+// Gives a tile its covariance. It gets floors, and must not vary more than the backdrop as a whole does in any way: it would
+// grow into leaves, whose colours are spread evenly.
+static void set_covariance(vt_backdrop_tile *tile, const float covariance[6], const variation *whole) {
+  const float *m = tile->mean, *w = whole->inverse;
+  float length = sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]) + 1, s[6];
+  float ratio = (w[0] * covariance[0] + w[3] * covariance[3] + w[5] * covariance[5] +
+                 2 * (w[1] * covariance[1] + w[2] * covariance[2] + w[4] * covariance[4])) / 3;
+  float shrink = ratio > 1 ? 1 / ratio : 1;
+  for (int i = 0, k = 0; i < 3; i++)
+    for (int j = i; j < 3; j++, k++) {
+      float along = (m[i] + 0.577f) / length * (m[j] + 0.577f) / length;
+      s[k] = shrink * covariance[k] + 0.1f * whole->covariance[k] + whole->shading * along + (i == j ? NOISE * NOISE : 0);
+    }
+  invert(s, tile->inverse);
 }
 
 static inline float tile_distance2(const vt_backdrop_tile *tile, float r, float g, float b) {
@@ -246,7 +261,7 @@ float vt_backdrop_distance(const vt_backdrop *backdrop, const uint8_t colour[3],
 }
 
 // Draws a tile's next model from those pixels in twice its edge that the present models explain, of these the likest CORE: a thin stem that crosses a tile is a minority there, and must not stretch the covariance until it fits.
-static void update_tile(const vt_backdrop *now, const vt_image *rgb, const float wide[6], int column, int row,
+static void update_tile(const vt_backdrop *now, const vt_image *rgb, const variation *whole, int column, int row,
                         vt_backdrop_tile *out) {
   const vt_backdrop_tile *old = &now->tiles[(size_t)row * (size_t)now->columns + (size_t)column];
   int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin, edge = now->tile + 2 * margin;
@@ -284,14 +299,11 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const float
   for (int i = 0, k = 0; i < 3; i++)
     for (int j = i; j < 3; j++, k++)
       covariance[k] = CORE_SCALE * (float)(square[k] / n - sum[i] * sum[j] / (n * n));
-  float trace = covariance[0] + covariance[3] + covariance[5], most = wide[0] + wide[3] + wide[5] + NOISE * NOISE;
-  float shrink = trace > most ? most / trace : 1; // or it would grow into leaves, whose colours are evenly spread
-  for (int k = 0; k < 6; k++) covariance[k] = shrink * covariance[k] + 0.1f * wide[k];
-  invert_covariance(covariance, out->mean, out->inverse);
+  set_covariance(out, covariance, whole);
 }
 
-// Tiles inside a crown get the mean of the known ones beside them, ring by ring, and the wide covariance.
-static void fill_unknown(vt_backdrop *backdrop, vt_backdrop_tile *scratch, const float wide[6]) {
+// Tiles inside a crown get the mean of the known ones beside them, ring by ring, and the covariance of the whole.
+static void fill_unknown(vt_backdrop *backdrop, vt_backdrop_tile *scratch, const variation *whole) {
   size_t count = (size_t)backdrop->columns * (size_t)backdrop->rows;
   for (bool missing = true, found = true; missing && found;) {
     missing = found = false;
@@ -313,14 +325,14 @@ static void fill_unknown(vt_backdrop *backdrop, vt_backdrop_tile *scratch, const
         if (n == 0) continue;
         found = tile->known = true;
         for (int c = 0; c < 3; c++) tile->mean[c] = sum[c] / n;
-        invert_covariance(wide, tile->mean, tile->inverse);
+        set_covariance(tile, whole->covariance, whole);
       }
   }
 }
 
-// Tiles that follow the first surface, all with the covariance `wide` of its residuals.
+// Tiles that follow the first surface, all with the covariance of its residuals.
 static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][3],
-                        const float wide[6]) {
+                        const variation *whole) {
   for (int row = 0; row < backdrop->rows; row++)
     for (int column = 0; column < backdrop->columns; column++) {
       vt_backdrop_tile *tile = &backdrop->tiles[(size_t)row * (size_t)backdrop->columns + (size_t)column];
@@ -328,13 +340,13 @@ static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][
       place_of(backdrop, ((float)column + 0.5f) * edge, ((float)row + 0.5f) * edge, &u, &v);
       fill_basis(basis, u, v);
       evaluate(coefficients, basis, tile->mean);
-      invert_covariance(wide, tile->mean, tile->inverse);
+      set_covariance(tile, whole->covariance, whole);
       tile->known = true;
     }
 }
 
-// Covariance of the samples that are believed to be backdrop and that the surface explains.
-static void residual_covariance(const sample *samples, size_t count, const double coefficients[TERMS][3], float wide[6]) {
+// From the samples that are believed to be backdrop and that the surface explains.
+static variation measure_variation(const sample *samples, size_t count, const double coefficients[TERMS][3]) {
   double sum[6] = {0}, total = 1e-9;
   for (size_t s = 0; s < count; s++) {
     float b[3];
@@ -345,7 +357,14 @@ static void residual_covariance(const sample *samples, size_t count, const doubl
       for (int j = i; j < 3; j++, k++)
         sum[k] += (double)samples[s].weight * (double)(samples[s].colour[i] - b[i]) * (double)(samples[s].colour[j] - b[j]);
   }
-  for (int k = 0; k < 6; k++) wide[k] = (float)(sum[k] / total);
+  variation whole;
+  float padded[6];
+  for (int k = 0; k < 6; k++) whole.covariance[k] = (float)(sum[k] / total);
+  for (int k = 0; k < 6; k++) padded[k] = whole.covariance[k] + (k == 0 || k == 3 || k == 5 ? NOISE * NOISE : 0);
+  invert(padded, whole.inverse);
+  float trace = whole.covariance[0] + whole.covariance[3] + whole.covariance[5];
+  whole.shading = fminf(fmaxf(trace, LEAST_SHADING * LEAST_SHADING), SHADING * SHADING);
+  return whole;
 }
 
 vt_status vt_model_backdrop(vt_context *context, vt_matte_mode mode, const vt_image *rgb, vt_backdrop *out) {
@@ -366,19 +385,18 @@ vt_status vt_model_backdrop(vt_context *context, vt_matte_mode mode, const vt_im
     goto done;
   }
   double coefficients[TERMS][3];
-  float wide[6];
   fit_surface(samples, sample_count, scratch, coefficients);
-  residual_covariance(samples, sample_count, coefficients, wide);
-  start_tiles(out, coefficients, wide);
+  variation whole = measure_variation(samples, sample_count, coefficients);
+  start_tiles(out, coefficients, &whole);
   for (int round = 0; round < ROUNDS; round++) {
     for (int row = 0; row < out->rows; row++)
       for (int column = 0; column < out->columns; column++)
-        update_tile(out, rgb, wide, column, row, &next[(size_t)row * (size_t)out->columns + (size_t)column]);
+        update_tile(out, rgb, &whole, column, row, &next[(size_t)row * (size_t)out->columns + (size_t)column]);
     vt_backdrop_tile *swap = out->tiles;
     out->tiles = next;
     next = swap;
   }
-  fill_unknown(out, next, wide);
+  fill_unknown(out, next, &whole);
 done:
   vt_free(context, samples);
   vt_free(context, scratch);

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Calibration is the longest stage, so its result is kept in the cache folder under a name made of what it depends on:
-// the photographs' names and bytes and the options of colmap. The folder gets that name only when it is complete, and one
-// that turns out damaged is made again. Before colmap starts, every photograph is decoded once: a broken file must not
-// show after an hour.
+// the photographs' names and bytes and the options of colmap. The folder gets that name only when it is complete, and
+// one that turns out damaged is made again. Before colmap starts, every photograph is decoded once: a broken file must
+// not show after an hour.
 
 #include "capture/calibrate.h"
 #include "base/hash.h"
@@ -30,8 +30,10 @@ vt_status vt_list_photos(vt_context *context, const char *folder, const char *ma
       while (length && inner[length - 1] == '/') length--;
       photo = !(length && !strncmp(name, inner, length) && name[length] == '/');
     }
-    if (photo) out->items[kept++] = name;
-    else vt_free(context, name);
+    if (photo)
+      out->items[kept++] = name;
+    else
+      vt_free(context, name);
   }
   if (!status) out->count = kept;
   return status;
@@ -52,8 +54,8 @@ static vt_status check_one(check *c, size_t i) {
   uint8_t *bytes = NULL;
   size_t size = 0;
   vt_image picture = {0};
-  vt_status status = c->decode ? vt_read_image(c->context, path, &picture)
-                               : vt_read_file(c->context, path, &bytes, &size);
+  vt_status status =
+      c->decode ? vt_read_image(c->context, path, &picture) : vt_read_file(c->context, path, &bytes, &size);
   if (!status && !c->decode) c->hashes[i] = vt_hash(bytes, size, 0);
   vt_free_image(c->context, &picture);
   vt_free(c->context, bytes);
@@ -98,7 +100,8 @@ static vt_status run_and_keep(vt_context *context, const vt_capture_desc *desc, 
   status = model ? vt_read_colmap_model(context, model, out) : VT_OUT_OF_MEMORY;
   // A rename onto a folder that another process has finished meanwhile fails, and nothing is lost.
   if (!status && target && rename(sparse, target) && !vt_is_folder(target))
-    vt_log(context, VT_LOG_NORMAL, "%s: the calibration could not be kept there; it will be made again next time", target);
+    vt_log(context, VT_LOG_NORMAL, "%s: the calibration could not be kept there; it will be made again next time",
+           target);
   vt_free(context, sparse);
   vt_free(context, model);
   return status;

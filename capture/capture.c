@@ -41,7 +41,9 @@ static char *folder_in(vt_context *context, const char *folder, const char *name
 
 // ---- transforms*.json
 
-typedef struct split { char *all, *train, *test; } split; // files that are there, else NULL
+typedef struct split {
+  char *all, *train, *test;
+} split; // files that are there, else NULL
 
 static void free_split(vt_context *context, split *s) {
   vt_free(context, s->all);
@@ -71,9 +73,9 @@ static vt_status load_transforms_file(vt_context *context, const char *path, con
   if (!strcmp(name, "transforms_train.json")) s = find_split(context, folder);
   vt_free(context, s.all);
   s.all = NULL;
-  vt_status status = s.train ? load_transforms(context, &s, photos)
-                             : vt_read_transforms(context, path, strcmp(name, "transforms_test.json") ? VT_TRAIN : VT_TEST,
-                                                  photos);
+  vt_status status =
+      s.train ? load_transforms(context, &s, photos)
+              : vt_read_transforms(context, path, strcmp(name, "transforms_test.json") ? VT_TRAIN : VT_TEST, photos);
   free_split(context, &s);
   return status;
 }
@@ -123,15 +125,17 @@ static bool has_image(const vt_colmap_model *model, const char *name) {
   while (low < high) {
     int middle = low + (high - low) / 2, order = strcmp(name, model->items[middle].name);
     if (!order) return true;
-    if (order < 0) high = middle;
-    else low = middle + 1;
+    if (order < 0)
+      high = middle;
+    else
+      low = middle + 1;
   }
   return false;
 }
 
 // Every image of the model becomes a photograph; pictures that the model does not have are named in the report.
-static vt_status take_model(vt_context *context, const vt_colmap_model *model, const char *folder, const vt_names *names,
-                            vt_photos *photos, vt_capture_report *report) {
+static vt_status take_model(vt_context *context, const vt_colmap_model *model, const char *folder,
+                            const vt_names *names, vt_photos *photos, vt_capture_report *report) {
   vt_status status = VT_OK;
   for (int i = 0; i < model->count && !status; i++) {
     const vt_colmap_image *image = &model->items[i];
@@ -171,10 +175,11 @@ static vt_status calibrate_photos(vt_context *context, const vt_capture_desc *de
   vt_status status = vt_calibrate(context, desc, folder, names, model, &report->calibration_from_cache);
   report->seconds_calibration = vt_seconds() - start;
   if (!status && model->count < 3)
-    status = vt_fail(context, VT_TOO_FEW_VIEWS,
-                     "%s: the cameras of only %d of %d photographs could be found, and at least 3 are needed; take more "
-                     "photographs with smaller steps between them",
-                     desc->source, model->count, names->count);
+    status =
+        vt_fail(context, VT_TOO_FEW_VIEWS,
+                "%s: the cameras of only %d of %d photographs could be found, and at least 3 are needed; take more "
+                "photographs with smaller steps between them",
+                desc->source, model->count, names->count);
   return status;
 }
 
@@ -223,8 +228,10 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
   if (!*root) return VT_OUT_OF_MEMORY;
   if (vt_is_folder(desc->source)) return load_folder(context, desc, photos, report);
   if (!vt_is_file(desc->source))
-    return vt_fail(context, VT_BAD_INPUT, "%s: no such folder; give a folder of photographs, a COLMAP workspace, or a "
-                   "folder with transforms.json", desc->source);
+    return vt_fail(context, VT_BAD_INPUT,
+                   "%s: no such folder; give a folder of photographs, a COLMAP workspace, or a "
+                   "folder with transforms.json",
+                   desc->source);
   if (!is_json_name(desc->source))
     return vt_fail(context, VT_BAD_INPUT, "%s: a file; give the folder of photographs, or a transforms.json",
                    desc->source);

@@ -1,10 +1,10 @@
 // colmap_model.c - reading a COLMAP sparse model, text or binary
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// COLMAP's output format (doc/format.rst of COLMAP): cameras, images, points3D; since 3.12 also rigs and frames, which say
-// nothing that images does not say for our use. Little-endian. cam_from_world as a quaternion (w, x, y, z), Hamilton's
-// convention, and a translation; the first pixel's centre is (0.5, 0.5). All of it is untrusted: the reader moves a
-// cursor that never passes the end of the file, and no count is believed before its bytes are there.
+// COLMAP's output format (doc/format.rst of COLMAP): cameras, images, points3D; since 3.12 also rigs and frames, which
+// say nothing that images does not say for our use. Little-endian. cam_from_world as a quaternion (w, x, y, z),
+// Hamilton's convention, and a translation; the first pixel's centre is (0.5, 0.5). All of it is untrusted: the reader
+// moves a cursor that never passes the end of the file, and no count is believed before its bytes are there.
 
 #include "capture/colmap_model.h"
 #include "base/file.h"
@@ -19,11 +19,18 @@ typedef struct camera_model {
   int parameter_count; // their number in COLMAP's order is the id
   bool usable;
 } camera_model;
-static const camera_model camera_models[] = {
-    {"SIMPLE_PINHOLE", 3, true}, {"PINHOLE", 4, true},        {"SIMPLE_RADIAL", 4, true},
-    {"RADIAL", 5, true},         {"OPENCV", 8, true},         {"OPENCV_FISHEYE", 8, true},
-    {"FULL_OPENCV", 12, true},   {"FOV", 5, false},           {"SIMPLE_RADIAL_FISHEYE", 4, false},
-    {"RADIAL_FISHEYE", 5, false}, {"THIN_PRISM_FISHEYE", 12, false}, {"RAD_TAN_THIN_PRISM_FISHEYE", 16, false}};
+static const camera_model camera_models[] = {{"SIMPLE_PINHOLE", 3, true},
+                                             {"PINHOLE", 4, true},
+                                             {"SIMPLE_RADIAL", 4, true},
+                                             {"RADIAL", 5, true},
+                                             {"OPENCV", 8, true},
+                                             {"OPENCV_FISHEYE", 8, true},
+                                             {"FULL_OPENCV", 12, true},
+                                             {"FOV", 5, false},
+                                             {"SIMPLE_RADIAL_FISHEYE", 4, false},
+                                             {"RADIAL_FISHEYE", 5, false},
+                                             {"THIN_PRISM_FISHEYE", 12, false},
+                                             {"RAD_TAN_THIN_PRISM_FISHEYE", 16, false}};
 #define MODEL_COUNT ((int)(sizeof camera_models / sizeof camera_models[0]))
 
 typedef struct camera {
@@ -56,9 +63,14 @@ static vt_status make_lens(reader *r, int model, double width, double height, co
     return damaged(r, "a camera has no possible picture size");
   *out = (vt_lens){VT_LENS_OPENCV, (int)width, (int)height, p[0], p[0], p[1], p[2], {0}};
   switch (model) {
-  case 0: break;
-  case 2: out->k[0] = p[3]; break;
-  case 3: out->k[0] = p[3], out->k[1] = p[4]; break;
+  case 0:
+    break;
+  case 2:
+    out->k[0] = p[3];
+    break;
+  case 3:
+    out->k[0] = p[3], out->k[1] = p[4];
+    break;
   default:
     out->fy = p[1], out->cx = p[2], out->cy = p[3];
     for (int i = 4; i < camera_models[model].parameter_count && i < 12; i++) out->k[i - 4] = p[i];
@@ -100,10 +112,11 @@ static vt_status add_image(reader *r, vt_colmap_model *model, double pose[7], do
     if (r->cameras[i].id == camera_id) found = &r->cameras[i];
   if (!found) return damaged(r, "an image has a camera that is not in cameras");
   if (!camera_models[found->model].usable)
-    return vt_fail(r->context, VT_BAD_INPUT,
-                   "%s: %s has the camera model %s, which is not read; run colmap image_undistorter and give its output "
-                   "folder",
-                   r->path, name, camera_models[found->model].name);
+    return vt_fail(
+        r->context, VT_BAD_INPUT,
+        "%s: %s has the camera model %s, which is not read; run colmap image_undistorter and give its output "
+        "folder",
+        r->path, name, camera_models[found->model].name);
   if (model->count == r->image_capacity) {
     int capacity = r->image_capacity ? 2 * r->image_capacity : 64;
     vt_colmap_image *bigger = vt_realloc(r->context, model->items, (size_t)capacity, sizeof *bigger);
@@ -159,10 +172,11 @@ static vt_status read_cameras_binary(reader *r, vt_colmap_model *model) {
     double width = (double)take(r, 8), height = (double)take(r, 8);
     if (r->short_read) break;
     if (kind >= (uint32_t)MODEL_COUNT) // its length is not known, so nothing behind it can be read
-      return vt_fail(r->context, VT_BAD_INPUT,
-                     "%s: camera %u has a model of number %u, which is not known; run colmap image_undistorter and give "
-                     "its output folder",
-                     r->path, id, kind);
+      return vt_fail(
+          r->context, VT_BAD_INPUT,
+          "%s: camera %u has a model of number %u, which is not known; run colmap image_undistorter and give "
+          "its output folder",
+          r->path, id, kind);
     for (int i = 0; i < camera_models[kind].parameter_count; i++) parameters[i] = take_double(r);
     if (r->short_read) break;
     vt_status status = add_camera(r, id, (int)kind, width, height, parameters);
@@ -249,9 +263,10 @@ static vt_status read_cameras_text(reader *r, vt_colmap_model *model) {
     line += strspn(line, " \t");
     while (kind < MODEL_COUNT && strcmp(name, camera_models[kind].name)) kind++;
     if (kind == MODEL_COUNT)
-      return vt_fail(r->context, VT_BAD_INPUT,
-                     "%s: the camera model \"%s\" is not known; run colmap image_undistorter and give its output folder",
-                     r->path, name);
+      return vt_fail(
+          r->context, VT_BAD_INPUT,
+          "%s: the camera model \"%s\" is not known; run colmap image_undistorter and give its output folder", r->path,
+          name);
     if (!parse_numbers(&line, 2, size) || !parse_numbers(&line, camera_models[kind].parameter_count, parameters))
       return damaged(r, "a camera has too few parameters");
     vt_status status = add_camera(r, (uint32_t)id, kind, size[0], size[1], parameters);
@@ -307,7 +322,8 @@ static char *model_file(vt_context *context, const char *folder, const char *nam
 }
 
 static bool has_model(vt_context *context, const char *folder, bool binary) {
-  char *cameras = model_file(context, folder, "cameras", binary), *images = model_file(context, folder, "images", binary);
+  char *cameras = model_file(context, folder, "cameras", binary),
+       *images = model_file(context, folder, "images", binary);
   bool both = cameras && images;
   vt_free(context, cameras);
   vt_free(context, images);

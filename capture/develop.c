@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Order: the matte is made on the photograph as it was taken, where a backdrop has not been resampled and a user's mask
-// fits; the RGBA picture is undistorted as a whole, so that matte and colour stay together; then it is reduced by a whole
-// factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the source,
-// so that width'/width is not quite 1/f and must not be used).
+// fits; the RGBA picture is undistorted as a whole, so that matte and colour stay together; then it is reduced by a
+// whole factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the
+// source, so that width'/width is not quite 1/f and must not be used).
 //
-// Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full size.
+// Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full
+// size.
 
 #include "capture/develop.h"
 #include "base/file.h"
@@ -146,10 +147,14 @@ static vt_status read_photo(work *w, int i) {
   if (picture->width != photo->width || picture->height != photo->height)
     return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
   switch (w->mode) {
-  case VT_MATTE_MASKS: return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);
-  case VT_MATTE_ALPHA: return picture->channels == 4 ? VT_OK : vt_make_opaque(w->context, picture);
-  case VT_MATTE_NONE: return vt_make_opaque(w->context, picture);
-  default: return drop_alpha(w->context, picture);
+  case VT_MATTE_MASKS:
+    return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);
+  case VT_MATTE_ALPHA:
+    return picture->channels == 4 ? VT_OK : vt_make_opaque(w->context, picture);
+  case VT_MATTE_NONE:
+    return vt_make_opaque(w->context, picture);
+  default:
+    return drop_alpha(w->context, picture);
   }
 }
 
@@ -229,8 +234,8 @@ static vt_status develop_again(work *w, int count) {
   return status;
 }
 
-// How many photographs go together: few where as many as there are workers, each read, matted and undistorted, would take
-// a third of --max-memory; one where probes are wanted, which come in order then.
+// How many photographs go together: few where as many as there are workers, each read, matted and undistorted, would
+// take a third of --max-memory; one where probes are wanted, which come in order then.
 static int choose_batch(vt_context *context, const vt_photos *photos) {
   uint64_t pixels = 1, bound = vt_max_memory(context);
   int workers = vt_thread_count(context), batch = 4 * workers < MAX_BATCH ? 4 * workers : MAX_BATCH;
@@ -263,7 +268,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
     vt_progress(context, "photographs", (double)(first + count) / photos->count);
   }
   if (!status && 2 * inverted > photos->count)
-    vt_log(context, VT_LOG_NORMAL, "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
+    vt_log(context, VT_LOG_NORMAL,
+           "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
   for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;

@@ -20,9 +20,12 @@ bool vt_remove_folder(vt_context *context, const char *path) {
     if (!strcmp(entry->d_name, ".") || !strcmp(entry->d_name, "..")) continue;
     char *inner = vt_join(context, path, entry->d_name);
     struct stat about;
-    if (!inner || lstat(inner, &about)) gone = false;
-    else if (S_ISDIR(about.st_mode)) gone = vt_remove_folder(context, inner) && gone;
-    else gone = unlink(inner) == 0 && gone;
+    if (!inner || lstat(inner, &about))
+      gone = false;
+    else if (S_ISDIR(about.st_mode))
+      gone = vt_remove_folder(context, inner) && gone;
+    else
+      gone = unlink(inner) == 0 && gone;
     vt_free(context, inner);
   }
   closedir(folder);
@@ -36,8 +39,8 @@ vt_status vt_make_folder_beside(vt_context *context, const char *path, char **ou
   while (length > 1 && path[length - 1] == '/') length--;
   snprintf(*out, size, "%.*s.tmp.%ld", (int)length, path, (long)getpid());
   bool clean = vt_remove_folder(context, *out); // of an earlier process of the same number
-  vt_status status = clean ? vt_make_folder(context, *out)
-                           : vt_fail(context, VT_FAILED, "%s: cannot be emptied; remove it", *out);
+  vt_status status =
+      clean ? vt_make_folder(context, *out) : vt_fail(context, VT_FAILED, "%s: cannot be emptied; remove it", *out);
   if (!status) return VT_OK;
   vt_free(context, *out);
   *out = NULL;
@@ -49,8 +52,8 @@ vt_status vt_make_scratch_folder(vt_context *context, char **out) {
   *out = vt_join(context, parent && *parent ? parent : "/tmp", "voltree-XXXXXX");
   if (!*out) return VT_OUT_OF_MEMORY;
   if (mkdtemp(*out)) return VT_OK;
-  vt_status status = vt_fail(context, VT_FAILED, "%s: cannot be made (%s); set TMPDIR to a folder with room", *out,
-                             strerror(errno));
+  vt_status status =
+      vt_fail(context, VT_FAILED, "%s: cannot be made (%s); set TMPDIR to a folder with room", *out, strerror(errno));
   vt_free(context, *out);
   *out = NULL;
   return status;

@@ -6,8 +6,8 @@
 //   masks/a.png, masks/a.jpg       most others
 //   a.mask.png, a_mask.png         OpenMVS, Metashape; beside the photograph or in masks/
 //   a.jpg.mask.png, .mask/a.png    RealityCapture
-// A folder that the user names goes before mask_path of transforms.json, and that before these. A mask of another size is
-// resized: averaged over the pixel's area, with linear interpolation where it is smaller than the photograph.
+// A folder that the user names goes before mask_path of transforms.json, and that before these. A mask of another size
+// is resized: averaged over the pixel's area, with linear interpolation where it is smaller than the photograph.
 
 #include "capture/masks.h"
 #include "base/file.h"
@@ -42,7 +42,8 @@ static bool ends_with(const char *text, const char *ending) {
 bool vt_is_mask_name(const char *name) {
   for (const char *part = name; *part;) {
     size_t length = strcspn(part, "/");
-    if (part[length] && (!strncmp(part, "masks", length) || !strncmp(part, ".mask", length)) && length == 5) return true;
+    if (part[length] && (!strncmp(part, "masks", length) || !strncmp(part, ".mask", length)) && length == 5)
+      return true;
     part += length + (part[length] == '/');
   }
   return ends_with(name, ".mask.png") || ends_with(name, "_mask.png");
@@ -57,9 +58,9 @@ static char *name_in_masks(vt_context *context, const char *name, bool whole) {
 
 // The file that a rule gives for a photograph, whether it is there or not. NULL only without memory.
 static char *rule_path(vt_context *context, const mask_rule *rule, const char *masks, const vt_photo *photo) {
-  char *stem = rule->place == BESIDE ? (rule->whole_name ? vt_strdup(context, photo->path)
-                                                         : vt_without_ending(context, photo->path))
-                                     : name_in_masks(context, photo->name, rule->whole_name);
+  char *stem = rule->place == BESIDE
+                   ? (rule->whole_name ? vt_strdup(context, photo->path) : vt_without_ending(context, photo->path))
+                   : name_in_masks(context, photo->name, rule->whole_name);
   char *name = stem ? vt_concat(context, stem, rule->ending, "") : NULL;
   char *path = name ? vt_join(context, rule->place == BESIDE ? "" : masks, name) : NULL;
   vt_free(context, stem);
@@ -138,10 +139,12 @@ static double weight(const span *s, int source) {
   return fmax(0, to - from);
 }
 
-static int clamp(int v, int high) { return v < 0 ? 0 : v > high ? high : v; }
+static int clamp(int v, int high) {
+  return v < 0 ? 0 : v > high ? high : v;
+}
 
 static vt_status resize_mask(vt_context *context, const vt_image *in, int width, int height, vt_image *out) {
-  float *rows = VT_NEW(context, float, (size_t)width * (size_t)in->height);
+  float *rows = VT_NEW(context, float, (size_t)width *(size_t)in->height);
   vt_status status = rows ? vt_make_image(context, width, height, 1, out) : VT_OUT_OF_MEMORY;
   for (int x = 0; x < width && !status; x++) {
     span s = cover(x, in->width, width);
@@ -196,10 +199,11 @@ static vt_status read_fitting_mask(vt_context *context, const vt_photo *photo, i
   }
   double sx = (double)mask.width / width, sy = (double)mask.height / height;
   if (!status && fabs(sx - sy) > 0.02 * fmax(sx, sy))
-    status = vt_fail(context, VT_BAD_INPUT,
-                     "%s: a mask of %d x %d pixels for a photograph of %d x %d, which is another shape; make it from this "
-                     "photograph, without turning or cutting it",
-                     photo->mask, mask.width, mask.height, width, height);
+    status =
+        vt_fail(context, VT_BAD_INPUT,
+                "%s: a mask of %d x %d pixels for a photograph of %d x %d, which is another shape; make it from this "
+                "photograph, without turning or cutting it",
+                photo->mask, mask.width, mask.height, width, height);
   if (!status) status = resize_mask(context, &mask, width, height, out);
   vt_free_image(context, &mask);
   return status;

@@ -98,8 +98,8 @@ vt_status vt_fit_photo(vt_context *context, vt_photo *photo, const char *where) 
 
 vt_camera vt_photo_camera(const vt_photo *photo) {
   const vt_lens *lens = &photo->lens;
-  return (vt_camera){lens->width, lens->height, lens->fx, lens->fy, lens->cx, lens->cy, photo->rotation,
-                     photo->translation};
+  return (vt_camera){lens->width, lens->height, lens->fx,        lens->fy,
+                     lens->cx,    lens->cy,     photo->rotation, photo->translation};
 }
 
 bool vt_lens_is_pinhole(const vt_lens *lens) {

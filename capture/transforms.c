@@ -8,11 +8,11 @@
 //   nerfstudio    the same with camera_model, k3, k4, mask_path, test_filenames
 // What a frame says goes before what the file says. w and h that are not the picture's scale the lens (photos.c).
 //
-// transform_matrix is world_from_camera with OpenGL axes (y up, looking along -z). With M = (A | c) its upper three rows
-// and S = diag(1, -1, -1):  cam_from_world rotation R = (A S)^T,  translation t = -R c.  Scene scaling by some exporters
-// leaves A = s Q with a rotation Q; exporters that round to six digits leave it slightly sheared. A is therefore
-// replaced by its nearest rotation (the polar factor, by Newton's iteration Q <- (Q + Q^-T) / 2; Higham 1986), so that
-// what we write and read again is the same camera; a matrix that is far from every rotation is refused.
+// transform_matrix is world_from_camera with OpenGL axes (y up, looking along -z). With M = (A | c) its upper three
+// rows and S = diag(1, -1, -1):  cam_from_world rotation R = (A S)^T,  translation t = -R c.  Scene scaling by some
+// exporters leaves A = s Q with a rotation Q; exporters that round to six digits leave it slightly sheared. A is
+// therefore replaced by its nearest rotation (the polar factor, by Newton's iteration Q <- (Q + Q^-T) / 2; Higham
+// 1986), so that what we write and read again is the same camera; a matrix that is far from every rotation is refused.
 //
 // cx and cy are continuous pixels, the first pixel's centre at (0.5, 0.5), as COLMAP has them and cx = w/2 says.
 
@@ -46,16 +46,16 @@ static vt_status read_size(vt_context *context, const frame_source *s, vt_lens *
   if (!status) status = get_number(context, s, "h", &h);
   if (status || (w == 0 && h == 0)) return status;
   if (w < 1 || h < 1 || w > 65535 || h > 65535)
-    return vt_fail(context, VT_BAD_INPUT, "%s: w and h (%g x %g) are no picture size; write both, in pixels", s->where, w,
-                   h);
+    return vt_fail(context, VT_BAD_INPUT, "%s: w and h (%g x %g) are no picture size; write both, in pixels", s->where,
+                   w, h);
   lens->width = (int)lround(w);
   lens->height = (int)lround(h);
   return VT_OK;
 }
 
 // The focal length along one axis: of the frame if it says one in either way, else of the file. 0 if nobody does.
-static vt_status read_focal(vt_context *context, const frame_source *s, const char *key, const char *angle_key, int size,
-                            double *out) {
+static vt_status read_focal(vt_context *context, const frame_source *s, const char *key, const char *angle_key,
+                            int size, double *out) {
   const vt_json *owner = s->frame;
   if (!vt_json_member(owner, key) && !vt_json_member(owner, angle_key)) owner = s->root;
   frame_source only = {owner, owner, s->where};
@@ -84,9 +84,10 @@ static vt_status read_model(vt_context *context, const frame_source *s, vt_lens 
   lens->model = VT_LENS_OPENCV;
   if (!strcmp(name, "OPENCV_FISHEYE") || vt_json_bool(find(s, "is_fisheye"), false)) lens->model = VT_LENS_FISHEYE;
   if (known || lens->model == VT_LENS_FISHEYE) return VT_OK;
-  return vt_fail(context, VT_BAD_INPUT,
-                 "%s: the camera_model \"%s\" is not known; undistort the pictures to PINHOLE, OPENCV or OPENCV_FISHEYE",
-                 s->where, name);
+  return vt_fail(
+      context, VT_BAD_INPUT,
+      "%s: the camera_model \"%s\" is not known; undistort the pictures to PINHOLE, OPENCV or OPENCV_FISHEYE", s->where,
+      name);
 }
 
 static vt_status read_distortion(vt_context *context, const frame_source *s, vt_lens *lens) {
@@ -101,9 +102,10 @@ static vt_status read_distortion(vt_context *context, const frame_source *s, vt_
   double k4 = 0; // of r^8, where OpenCV's k4 stands under the fraction line
   vt_status status = is_fisheye ? VT_OK : get_number(context, s, "k4", &k4);
   if (!status && k4 != 0)
-    status = vt_fail(context, VT_BAD_INPUT,
-                     "%s: k4 of a lens that is no fisheye cannot be used; calibrate without it, or undistort the pictures",
-                     s->where);
+    status =
+        vt_fail(context, VT_BAD_INPUT,
+                "%s: k4 of a lens that is no fisheye cannot be used; calibrate without it, or undistort the pictures",
+                s->where);
   if (!status && vt_lens_is_pinhole(lens)) lens->model = VT_LENS_PINHOLE;
   return status;
 }
@@ -181,10 +183,11 @@ static vt_status read_pose(vt_context *context, const frame_source *s, vt_photo 
                    s->where);
   double a[9] = {m[0], -m[1], -m[2], m[4], -m[5], -m[6], m[8], -m[9], -m[10]};
   if (!make_rotation(a))
-    return vt_fail(context, VT_BAD_INPUT,
-                   "%s: transform_matrix is singular, mirrored or sheared, no camera stands like that; export the cameras "
-                   "again",
-                   s->where);
+    return vt_fail(
+        context, VT_BAD_INPUT,
+        "%s: transform_matrix is singular, mirrored or sheared, no camera stands like that; export the cameras "
+        "again",
+        s->where);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) photo->rotation.m[3 * i + j] = a[3 * j + i];
   photo->translation = vt_scale(vt_mul(&photo->rotation, vt_v3(m[3], m[7], m[11])), -1);
@@ -193,7 +196,8 @@ static vt_status read_pose(vt_context *context, const frame_source *s, vt_photo 
 
 // The name with the ending that the file has; NeRF leaves the ending out. Free with vt_free; NULL only without memory.
 static char *find_picture(vt_context *context, const char *folder, const char *name) {
-  static const char *const endings[] = {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".tif", ".exr", ".webp", ".pam"};
+  static const char *const endings[] = {"",      ".png", ".jpg", ".jpeg", ".PNG", ".JPG",
+                                        ".JPEG", ".tif", ".exr", ".webp", ".pam"};
   for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
     char *whole = vt_concat(context, name, endings[i], "");
     char *path = whole ? vt_join(context, folder, whole) : NULL;
@@ -227,8 +231,7 @@ static vt_status read_frame(vt_context *context, frame_source *s, const char *pa
   snprintf(where, sizeof where, "%s: frame %zu", path, number);
   s->where = where;
   const char *text = vt_json_string(vt_json_member(s->frame, "file_path"), "");
-  if (!*text)
-    return vt_fail(context, VT_BAD_INPUT, "%s: no file_path; write the picture's name there", where);
+  if (!*text) return vt_fail(context, VT_BAD_INPUT, "%s: no file_path; write the picture's name there", where);
   snprintf(where, sizeof where, "%s: frame %zu (%s)", path, number, text);
   const char *mask = vt_json_string(vt_json_member(s->frame, "mask_path"), NULL);
   char *clean = clean_path(context, text), *name = clean ? find_picture(context, folder, clean) : NULL;
@@ -260,8 +263,10 @@ vt_status vt_read_transforms(vt_context *context, const char *path, vt_role role
   if (!folder) status = VT_OUT_OF_MEMORY;
   if (folder) {
     char *slash = strrchr(folder, '/');
-    if (slash) slash[slash == folder] = 0;
-    else folder[0] = 0;
+    if (slash)
+      slash[slash == folder] = 0;
+    else
+      folder[0] = 0;
   }
   const vt_json *frames = vt_json_member(root, "frames");
   size_t count = vt_json_is_array(frames) ? vt_json_count(frames) : 0;

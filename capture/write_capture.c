@@ -3,8 +3,8 @@
 //
 // Who reads what: nerfstudio and instant-ngp want transforms.json with names that have an ending; NeRF, 3D Gaussian
 // splatting and what grew from them want transforms_train.json and transforms_test.json and put ".png" behind the names
-// themselves. So names have no ending there. Both have lens and size in each frame, and camera_angle_x for those who read
-// nothing else. transform_matrix is the inverse of the camera with columns 1 and 2 negated (transforms.c).
+// themselves. So names have no ending there. Both have lens and size in each frame, and camera_angle_x for those who
+// read nothing else. transform_matrix is the inverse of the camera with columns 1 and 2 negated (transforms.c).
 //
 // An older folder is replaced only if we wrote it and nothing was put into it since: a user's photographs must never go
 // because a folder was named twice on a command line.
@@ -45,7 +45,10 @@ static char *picture_stem(vt_context *context, const char *name) {
   return out;
 }
 
-typedef struct entry { char *stem; int view; } entry;
+typedef struct entry {
+  char *stem;
+  int view;
+} entry;
 
 static int compare_entries(const void *a, const void *b) {
   int order = strcmp(((const entry *)a)->stem, ((const entry *)b)->stem);
@@ -103,9 +106,12 @@ static void put_matrix(vt_json_writer *json, const vt_camera *camera) {
   vt_json_close_array(json);
 }
 
-static double angle_x(const vt_camera *camera) { return 2 * atan(0.5 * camera->width / camera->fx); }
+static double angle_x(const vt_camera *camera) {
+  return 2 * atan(0.5 * camera->width / camera->fx);
+}
 
-static void put_frame(vt_json_writer *json, const vt_camera *camera, const char *stem, const char *ending, bool *failed) {
+static void put_frame(vt_json_writer *json, const vt_camera *camera, const char *stem, const char *ending,
+                      bool *failed) {
   char *path = vt_concat(json->context, stem, ending, "");
   if (!path) *failed = true;
   vt_json_open_object(json, NULL);
@@ -163,7 +169,8 @@ typedef struct writing {
 } writing;
 
 static vt_status write_picture(writing *w, size_t i) {
-  char *name = vt_concat(w->context, w->stems[i], ".png", ""), *path = name ? vt_join(w->context, w->folder, name) : NULL;
+  char *name = vt_concat(w->context, w->stems[i], ".png", ""),
+       *path = name ? vt_join(w->context, w->folder, name) : NULL;
   char *parent = path ? vt_strdup(w->context, path) : NULL;
   vt_status status = parent ? VT_OK : VT_OUT_OF_MEMORY;
   if (parent) {
@@ -207,8 +214,9 @@ static bool is_ours(vt_context *context, const char *folder, const char *name) {
 // VT_OK if `folder` is not there, is empty, or holds only what an earlier vt_write_capture put there.
 static vt_status check_target(vt_context *context, const char *folder) {
   if (!vt_is_folder(folder))
-    return access(folder, F_OK) ? VT_OK
-                                : vt_fail(context, VT_FAILED, "%s: is a file; choose another name for the folder", folder);
+    return access(folder, F_OK)
+               ? VT_OK
+               : vt_fail(context, VT_FAILED, "%s: is a file; choose another name for the folder", folder);
   vt_names names = {0};
   vt_status status = vt_list_folder(context, folder, true, &names);
   bool ours = true, listed = false;
@@ -218,14 +226,15 @@ static vt_status check_target(vt_context *context, const char *folder) {
     bool list = !strcmp(name, "transforms.json") || !strcmp(name, "transforms_train.json") ||
                 !strcmp(name, "transforms_test.json");
     listed = listed || list;
-    ours = list ? is_ours(context, folder, name)
-                : !strncmp(name, "images/", 7) && !strcmp(name + length - 4, ".png");
+    ours = list ? is_ours(context, folder, name) : !strncmp(name, "images/", 7) && !strcmp(name + length - 4, ".png");
   }
   ours = ours && (listed || !names.count);
   vt_free_names(context, &names);
   if (status || ours) return status;
-  return vt_fail(context, VT_FAILED, "%s: there is something in it that voltree did not write; choose another folder, or "
-                 "empty it", folder);
+  return vt_fail(context, VT_FAILED,
+                 "%s: there is something in it that voltree did not write; choose another folder, or "
+                 "empty it",
+                 folder);
 }
 
 // Renames `made` to `folder`; an older one is out of the way only for the moment between two renames.
@@ -237,7 +246,8 @@ static vt_status swap_in(vt_context *context, const char *made, const char *fold
     if (!old) return VT_OUT_OF_MEMORY;
     vt_remove_folder(context, old);
     if (rename(folder, old))
-      status = vt_fail(context, VT_FAILED, "%s: cannot be replaced (%s); choose another folder", folder, strerror(errno));
+      status =
+          vt_fail(context, VT_FAILED, "%s: cannot be replaced (%s); choose another folder", folder, strerror(errno));
   }
   if (!status && rename(made, folder)) {
     status = vt_fail(context, VT_FAILED, "%s: cannot be written (%s); choose another folder", folder, strerror(errno));
@@ -259,11 +269,11 @@ vt_status vt_write_capture(vt_context *context, const vt_views *views, const cha
   if (!status && !(stems = make_stems(context, views))) status = VT_OUT_OF_MEMORY;
   if (!status) status = write_pictures(context, views, stems, made);
   int test_count = vt_count_views(views, VT_TEST);
-  if (!status && !test_count)
-    status = write_transforms(context, views, stems, -1, made, "transforms.json", ".png");
+  if (!status && !test_count) status = write_transforms(context, views, stems, -1, made, "transforms.json", ".png");
   if (!status && test_count && test_count < views->count)
     status = write_transforms(context, views, stems, VT_TRAIN, made, "transforms_train.json", "");
-  if (!status && test_count) status = write_transforms(context, views, stems, VT_TEST, made, "transforms_test.json", "");
+  if (!status && test_count)
+    status = write_transforms(context, views, stems, VT_TEST, made, "transforms_test.json", "");
   if (!status) status = swap_in(context, made, target);
   if (status && made) vt_remove_folder(context, made);
   free_stems(context, stems, views->count);

@@ -17,7 +17,13 @@ static inline unsigned vt_brick_bit(int branching, unsigned x, unsigned y, unsig
   return (x & 1u) | (y & 1u) << 1 | (z & 1u) << 2 | (x & 2u) << 2 | (y & 2u) << 3 | (z & 2u) << 4;
 }
 
-static inline unsigned vt_count_bits(uint64_t v) { return (unsigned)__builtin_popcountll(v); }
+// Number of set bits, without asking for a processor that has an instruction for it.
+static inline unsigned vt_count_bits(uint64_t v) {
+  v -= (v >> 1) & 0x5555555555555555ull;
+  v = (v & 0x3333333333333333ull) + ((v >> 2) & 0x3333333333333333ull);
+  v = (v + (v >> 4)) & 0x0f0f0f0f0f0f0f0full;
+  return (unsigned)((v * 0x0101010101010101ull) >> 56);
+}
 
 // Fills axis_bricks and bricks of a level whose cells stand in Morton order.
 vt_status vt_build_bricks(vt_context *, int branching, vt_level *);

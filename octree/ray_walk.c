@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Two nested walks of integer steps [Amanatides & Woo 1987, A fast voxel traversal algorithm]: over bricks, and within
-// a brick that holds cells over its cells. The distance to the next plane is computed from the plane's integer number,
-// never summed up, so errors do not grow along the ray; a cell ends where the next begins, so the chords of a ray add
-// up to its clipped length. An axis along which the ray does not move never gives the next plane (its distance is
+// a brick that holds cells over its cells. Distances to planes are in double and begin anew from the planes' integer
+// numbers in each brick, so errors do not grow along the ray; a cell ends where the next begins, so the chords of a ray
+// add up to its clipped length. An axis along which the ray does not move never gives the next plane (its distance is
 // infinite by choice, not by 0/0), and a ray that starts on a plane belongs to the cell above it (half-open cells).
 
 #include "octree/cells.h"
@@ -13,9 +13,16 @@
 
 #define SMALLEST_CHORD 1e-5
 
+// The state of one walk over a grid, axes apart so that it stays in registers.
+typedef struct stepper {
+  double x, y, z;    // distance at which the ray leaves the current cell through each axis' plane
+  double dx, dy, dz; // distance between two planes; infinite along an axis without movement
+  int at;            // linear number of the current cell
+  int sx, sy, sz;    // what a step along each axis adds to it
+} stepper;
+
 typedef struct walker {
-  double origin[3], inverse[3]; // in cell edges; inverse direction, 0 along an axis without movement
-  double direction[3];
+  double origin[3], direction[3], inverse[3]; // in cell edges; inverse 0 along an axis without movement
   int step[3];
 } walker;
 
@@ -31,16 +38,16 @@ static bool clip_to_root(const walker *w, double n, double *near, double *far) {
       continue;
     }
     double t0 = (0 - w->origin[a]) * w->inverse[a], t1 = (n - w->origin[a]) * w->inverse[a];
-    *near = fmax(*near, fmin(t0, t1));
-    *far = fmin(*far, fmax(t0, t1));
+    double low = t0 < t1 ? t0 : t1, high = t0 < t1 ? t1 : t0;
+    if (low > *near) *near = low;
+    if (high < *far) *far = high;
   }
   return *near < *far;
 }
 
 // Integer coordinate of the point at distance t along one axis, in units of `size` cells, kept within [low, high].
 static inline int locate(const walker *w, int a, double t, double size, int low, int high) {
-  double p = (w->origin[a] + t * w->direction[a]) / size;
-  int i = (int)p; // p >= -tiny here; truncation and floor differ only below zero, where `low` holds
+  int i = (int)((w->origin[a] + t * w->direction[a]) / size); // below zero `low` holds
   return i < low ? low : i > high ? high : i;
 }
 
@@ -50,30 +57,55 @@ static inline double next_plane(const walker *w, int a, int i, double size) {
   return ((i + (w->step[a] > 0)) * size - w->origin[a]) * w->inverse[a];
 }
 
-static inline int smallest(const double t[3]) { return t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2); }
+static inline stepper start_at(const walker *w, const int cell[3], double size, int at, int row, int slice) {
+  double d[3];
+  for (int a = 0; a < 3; a++) d[a] = w->step[a] ? size * fabs(w->inverse[a]) : INFINITY;
+  return (stepper){next_plane(w, 0, cell[0], size), next_plane(w, 1, cell[1], size), next_plane(w, 2, cell[2], size),
+                   d[0], d[1], d[2], at, w->step[0], w->step[1] * row, w->step[2] * slice};
+}
 
-// Walks the cells of one brick between distances near and far.
-static size_t walk_brick(const walker *w, int branching, const vt_brick *brick, const int corner[3], double near,
-                         double far, vt_segment *out) {
-  int edge = vt_brick_edge(branching), cell[3];
-  double plane[3], t = near;
+static inline double next_exit(const stepper *s) {
+  double t = s->x < s->y ? s->x : s->y;
+  return t < s->z ? t : s->z;
+}
+
+// Into the next cell, without branches: which axis comes first is as good as chance.
+static inline void step_on(stepper *s, double exit) {
+  int mx = -(s->x == exit), my = ~mx & -(s->y == exit), mz = ~(mx | my);
+  s->at += (mx & s->sx) + (my & s->sy) + (mz & s->sz);
+  s->x += mx ? s->dx : 0;
+  s->y += my ? s->dy : 0;
+  s->z += mz ? s->dz : 0;
+}
+
+// Morton number of the cell with linear number x + 4y + 16z (x + 3y + 9z in the tri-grid's bricks, where they agree).
+static const uint8_t morton_in_brick[64] = {
+    0,  1,  8,  9,  2,  3,  10, 11, 16, 17, 24, 25, 18, 19, 26, 27, 4,  5,  12, 13, 6,  7,  14, 15, 20, 21, 28, 29, 22, 23, 30, 31,
+    32, 33, 40, 41, 34, 35, 42, 43, 48, 49, 56, 57, 50, 51, 58, 59, 36, 37, 44, 45, 38, 39, 46, 47, 52, 53, 60, 61, 54, 55, 62, 63};
+
+// Walks the cells of one brick between distances near and far. Planes are summed over at most 3 edge steps here, so
+// the end of the brick is met within rounding: closer than that to `far` is the end.
+static size_t walk_brick(const walker *w, int edge, const vt_brick *brick, const int brick_at[3], double near, double far,
+                         vt_segment *out) {
+  int cell[3], local[3];
   for (int a = 0; a < 3; a++) {
-    cell[a] = locate(w, a, near, 1, corner[a], corner[a] + edge - 1);
-    plane[a] = next_plane(w, a, cell[a], 1);
+    int corner = brick_at[a] * edge;
+    cell[a] = locate(w, a, near, 1, corner, corner + edge - 1);
+    local[a] = cell[a] - corner;
   }
+  stepper s = start_at(w, cell, 1, local[0] + edge * (local[1] + edge * local[2]), edge, edge * edge);
+  double t = near, last = far - 1e-9;
   size_t count = 0;
   for (;;) {
-    int a = smallest(plane);
-    double end = plane[a] < far ? plane[a] : far;
-    uint64_t bit = 1ull << vt_brick_bit(branching, (unsigned)(cell[0] - corner[0]), (unsigned)(cell[1] - corner[1]),
-                                        (unsigned)(cell[2] - corner[2]));
-    if ((brick->mask & bit) && end - t >= SMALLEST_CHORD)
-      out[count++] = (vt_segment){brick->first + vt_count_bits(brick->mask & (bit - 1)), (float)t, (float)(end - t)};
-    if (plane[a] >= far) return count;
-    if (end > t) t = end;
-    cell[a] += w->step[a];
-    if (cell[a] < corner[a] || cell[a] >= corner[a] + edge) return count;
-    plane[a] = next_plane(w, a, cell[a], 1);
+    double exit = next_exit(&s), end = exit < far ? exit : far;
+    uint64_t bit = 1ull << (edge == 4 ? morton_in_brick[s.at] : s.at);
+    if (brick->mask & bit) {
+      out[count] = (vt_segment){brick->first + vt_count_bits(brick->mask & (bit - 1)), (float)t, (float)(end - t)};
+      count += end - t >= SMALLEST_CHORD;
+    }
+    if (exit >= last) return count;
+    t = end > t ? end : t;
+    step_on(&s, exit);
   }
 }
 
@@ -91,24 +123,19 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
   if (!level->cell_count || !clip_to_root(&w, level->axis_cells, &near, &far)) return 0;
 
   int brick[3];
-  double plane[3], t = near, size = edge;
-  for (int a = 0; a < 3; a++) {
-    brick[a] = locate(&w, a, near, size, 0, n - 1);
-    plane[a] = next_plane(&w, a, brick[a], size);
-  }
+  for (int a = 0; a < 3; a++) brick[a] = locate(&w, a, near, edge, 0, n - 1);
+  stepper s = start_at(&w, brick, edge, brick[0] + n * (brick[1] + n * brick[2]), n, n * n);
+  double t = near, last = far - 1e-9;
   size_t count = 0;
   for (;;) {
-    int a = smallest(plane);
-    double end = plane[a] < far ? plane[a] : far;
-    const vt_brick *here = &level->bricks[(size_t)brick[0] + (size_t)n * ((size_t)brick[1] + (size_t)n * (size_t)brick[2])];
+    double exit = next_exit(&s), end = exit < far ? exit : far;
+    const vt_brick *here = &level->bricks[s.at];
     if (here->mask && end > t) {
-      int corner[3] = {brick[0] * edge, brick[1] * edge, brick[2] * edge};
-      count += walk_brick(&w, octree->branching, here, corner, t, end, out + count);
+      int at[3] = {s.at % n, s.at / n % n, s.at / (n * n)};
+      count += walk_brick(&w, edge, here, at, t, end, out + count);
     }
-    if (plane[a] >= far) return count;
-    if (end > t) t = end;
-    brick[a] += w.step[a];
-    if (brick[a] < 0 || brick[a] >= n) return count;
-    plane[a] = next_plane(&w, a, brick[a], size);
+    if (exit >= last) return count;
+    t = end > t ? end : t;
+    step_on(&s, exit);
   }
 }

@@ -100,7 +100,8 @@ static inline size_t vt_mask_bytes(int branching) { return branching == 2 ? 1 : 
 #define VT_FREE_MEMORY (512ull << 20)
 #define VT_MEMORY_PER_BYTE 1024ull
 static inline uint64_t vt_tree_memory(const vt_tree_head *head) {
-  uint64_t tile_bytes = head->packed ? 4ull : 4ull * (uint64_t)(head->texel_edge * head->texel_edge), sum = 0;
+  uint64_t edge_texels = (uint64_t)head->texel_edge, tile_bytes = 4 * edge_texels * edge_texels, sum = 0;
+  if (head->packed) tile_bytes = 4;
   for (int l = 0; l < head->level_count; l++) {
     uint64_t edge = (uint64_t)vt_brick_edge(head->branching);
     uint64_t bricks = (vt_axis_cells(head->branching, l) + edge - 1) / edge;

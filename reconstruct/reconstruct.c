@@ -98,10 +98,10 @@ static vt_status carve_level(run *r, int level) {
 }
 
 // A cell thinner than what half a pixel of full opacity would give, or than 0.03, is empty.
-static vt_status prune_level(run *r, int level, vt_rays *rays) {
+static vt_status prune_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   double pixels = cell_pixels(r, level);
-  float least = (float)fmin(0.03, 0.5 / (pixels * pixels));
+  float least = level < leaf ? 0.003f : (float)fmin(0.03, 0.5 / (pixels * pixels));
   uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
   if (!keep) return VT_OUT_OF_MEMORY;
   for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
@@ -133,7 +133,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   double start = vt_seconds();
   vt_opacity_report opacity;
   vt_status status = vt_estimate_opacity(context, &r->recipe.opacity, rays, cells, &opacity);
-  if (!status && level >= leaf - 1) status = prune_level(r, level, rays);
+  if (!status && level >= leaf - 1) status = prune_level(r, level, leaf, rays);
   double solved = vt_seconds();
   if (!status) status = vt_estimate_colour(context, rays, cells, r->recipe.colour_iterations);
   double coloured = vt_seconds();
@@ -142,7 +142,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
     refine.epochs = r->recipe.refine_epochs;
     if (r->desc->time_budget > 0) refine.deadline = r->start + 0.7 * r->desc->time_budget;
     status = vt_refine(context, &refine, rays, cells);
-    if (!status) status = prune_level(r, level, rays);
+    if (!status) status = prune_level(r, level, leaf, rays);
   }
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;

@@ -3,8 +3,8 @@
 //
 // One quad per cell, far to near, blended premultiplied into a floating point picture (8 bits would lose a little at
 // each of some hundred layers), read back. The quads are indexed, not instanced: instances of four vertices leave most
-// lanes of a vector or a warp empty (on a software driver of 8 lanes the vertices took 1.3 times as long). All data of a
-// level are uploaded when it is first drawn; a picture sends its uniforms, and the order of the cells if that changed.
+// lanes of a vector or a warp empty (on a software driver of 8 lanes they took 1.3 times as long). All data of a level
+// are uploaded when it is first drawn; a picture sends its uniforms, and the order of the cells if that changed.
 // Nothing here goes beyond OpenGL ES 3.0: linear arrays live in array textures of 2048 x 2048 elements a layer, sizes
 // that every driver has.
 //

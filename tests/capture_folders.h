@@ -44,7 +44,9 @@ static inline void put_bytes(place *p, const char *name, const void *bytes, size
   assert_int_equal(vt_write_file(p->context, at(p, name), bytes, size), VT_OK);
 }
 
-static inline void put_text(place *p, const char *name, const char *text) { put_bytes(p, name, text, strlen(text)); }
+static inline void put_text(place *p, const char *name, const char *text) {
+  put_bytes(p, name, text, strlen(text));
+}
 
 // Colours that differ everywhere; alpha, if there is any, runs from 0 to 255 over the picture.
 static inline vt_image make_picture(place *p, int width, int height, int channels) {
@@ -92,7 +94,7 @@ static inline vt_views load_name(place *p, const char *name) {
 }
 
 static inline void expect_pixel(const vt_camera *camera, double x, double y, double z, double pixel_x, double pixel_y,
-                         double tolerance) {
+                                double tolerance) {
   double pixel[2];
   assert_true(vt_project(camera, vt_v3(x, y, z), pixel));
   assert_close(pixel[0], pixel_x, tolerance);

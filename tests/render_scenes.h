@@ -58,6 +58,8 @@ static inline void scene_ring(int count, vt_camera *out) {
   for (int i = 0; i < count; i++) {
     double t = 2 * VT_PI * (i + 0.3) / count;
     out[i] = scene_camera(3.5 * cos(t), 3.5 * sin(t), 0.8 + 0.3 * sin(3 * t), 160);
+    out[i].fy *= 1 + 0.02 * i;
+    out[i].cx -= i;
   }
 }
 

@@ -87,9 +87,7 @@ static void damaged_pam_is_refused(void **state) {
     vt_image image;
     memcpy(text, good, size);
     for (int k = 0; k < 3; k++) text[vt_random(&rng) % size] = (char)vt_random(&rng);
-    FILE *file = fopen(in_folder(&b, "fuzz.pam"), "wb");
-    fwrite(text, 1, size, file);
-    fclose(file);
+    put_file(&b, "fuzz.pam", text, size);
     (void)vt_read_image(b.context, b.path, &image);
     vt_free_image(b.context, &image);
     vt_clear_error(b.context);
@@ -252,9 +250,7 @@ static void damaged_bytes_never_crash(void **state) {
       size_t at = vt_random(&rng) % size;
       uint8_t old = data[at];
       data[at] = (uint8_t)vt_random(&rng);
-      FILE *file = fopen(b.path, "wb");
-      fwrite(data, 1, size, file);
-      fclose(file);
+      put_file(&b, names[i], data, size);
       data[at] = old;
       if (vt_read_image(b.context, b.path, &back)) assert_null(back.pixels);
       vt_free_image(b.context, &back);

@@ -1,12 +1,11 @@
-// test_capture_bad_input.c - captures that cannot be used are refused with a sentence that names the file, and never crash
-// SPDX-License-Identifier: BSD-3-Clause
+// test_capture_bad_input.c - captures that cannot be used are refused with a sentence that names the file, and never
+// crash SPDX-License-Identifier: BSD-3-Clause
 
 #include "capture/colmap_model.h"
 #include "capture_folders.h"
 
 #define IDENTITY "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
-#define ONE_FRAME(head, matrix) \
-  "{" head "\"frames\": [{\"file_path\": \"a.pam\", \"transform_matrix\": " matrix "}]}"
+#define ONE_FRAME(head, matrix) "{" head "\"frames\": [{\"file_path\": \"a.pam\", \"transform_matrix\": " matrix "}]}"
 
 // Loads `name` and expects `status` and a sentence with both words in it.
 static void refuse(place *p, const vt_capture_desc *desc, vt_status status, const char *word, const char *other) {
@@ -75,38 +74,41 @@ static void broken_photographs_are_named_before_calibration(void **state) {
 #ifdef VT_WITH_JANSSON
 static void bad_cameras_in_transforms_name_file_and_frame(void **state) {
   (void)state;
-  static const struct { const char *text, *word; } cases[] = {
-      {"{", "transforms.json"},
-      {"[]", "frames"},
-      {"{\"frames\": []}", "frames"},
-      {"{\"frames\": 3}", "frames"},
-      {"{\"frames\": [3]}", "file_path"},
-      {"{\"camera_angle_x\": 1, \"frames\": [{\"transform_matrix\": " IDENTITY "}]}", "file_path"},
-      {"{\"camera_angle_x\": 1, \"frames\": [{\"file_path\": \"b\", \"transform_matrix\": " IDENTITY "}]}", "b is missing"},
-      {"{\"camera_angle_x\": 1, \"frames\": [{\"file_path\": \"a\"}]}", "frame 0 (a): transform_matrix"},
-      {ONE_FRAME("\"camera_angle_x\": NaN,", IDENTITY), "transforms.json"},
-      {ONE_FRAME("\"camera_angle_x\": 1,", "[[1,0,0,NaN],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "transforms.json"},
-      {ONE_FRAME("", IDENTITY), "no focal length"},
-      {ONE_FRAME("\"camera_angle_x\": 0,", IDENTITY), "frame 0 (a.pam): camera_angle_x"},
-      {ONE_FRAME("\"camera_angle_x\": 45,", IDENTITY), "radians"},
-      {ONE_FRAME("\"camera_angle_x\": \"1\",", IDENTITY), "no number"},
-      {ONE_FRAME("\"fl_x\": -3,", IDENTITY), "fl_x"},
-      {ONE_FRAME("\"fl_x\": 9, \"w\": 8,", IDENTITY), "w and h"},
-      {ONE_FRAME("\"fl_x\": 9, \"w\": 8, \"h\": 1e9,", IDENTITY), "w and h"},
-      {ONE_FRAME("\"fl_x\": 9, \"w\": 6, \"h\": 8,", IDENTITY), "another shape"},
-      {ONE_FRAME("\"fl_x\": 9, \"camera_model\": \"EQUIRECTANGULAR\",", IDENTITY), "EQUIRECTANGULAR"},
-      {ONE_FRAME("\"fl_x\": 9, \"camera_model\": 7,", IDENTITY), "camera_model"},
-      {ONE_FRAME("\"fl_x\": 9, \"k4\": 0.1,", IDENTITY), "k4"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]"), "frame 0 (a.pam): transform_matrix is singular"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]"), "singular"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "mirrored"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0.3,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "sheared"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,2,0,0],[0,0,1,0],[0,0,0,1]]"), "sheared"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,1,1]]"), "last row"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0],[0,1,0],[0,0,1]]"), "4 x 4"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0]]"), "4 x 4"},
-      {ONE_FRAME("\"fl_x\": 9,", "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]"), "4 x 4"},
-      {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,null],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "4 x 4"}};
+  static const struct {
+    const char *text, *word;
+  } cases[] = {{"{", "transforms.json"},
+               {"[]", "frames"},
+               {"{\"frames\": []}", "frames"},
+               {"{\"frames\": 3}", "frames"},
+               {"{\"frames\": [3]}", "file_path"},
+               {"{\"camera_angle_x\": 1, \"frames\": [{\"transform_matrix\": " IDENTITY "}]}", "file_path"},
+               {"{\"camera_angle_x\": 1, \"frames\": [{\"file_path\": \"b\", \"transform_matrix\": " IDENTITY "}]}",
+                "b is missing"},
+               {"{\"camera_angle_x\": 1, \"frames\": [{\"file_path\": \"a\"}]}", "frame 0 (a): transform_matrix"},
+               {ONE_FRAME("\"camera_angle_x\": NaN,", IDENTITY), "transforms.json"},
+               {ONE_FRAME("\"camera_angle_x\": 1,", "[[1,0,0,NaN],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "transforms.json"},
+               {ONE_FRAME("", IDENTITY), "no focal length"},
+               {ONE_FRAME("\"camera_angle_x\": 0,", IDENTITY), "frame 0 (a.pam): camera_angle_x"},
+               {ONE_FRAME("\"camera_angle_x\": 45,", IDENTITY), "radians"},
+               {ONE_FRAME("\"camera_angle_x\": \"1\",", IDENTITY), "no number"},
+               {ONE_FRAME("\"fl_x\": -3,", IDENTITY), "fl_x"},
+               {ONE_FRAME("\"fl_x\": 9, \"w\": 8,", IDENTITY), "w and h"},
+               {ONE_FRAME("\"fl_x\": 9, \"w\": 8, \"h\": 1e9,", IDENTITY), "w and h"},
+               {ONE_FRAME("\"fl_x\": 9, \"w\": 6, \"h\": 8,", IDENTITY), "another shape"},
+               {ONE_FRAME("\"fl_x\": 9, \"camera_model\": \"EQUIRECTANGULAR\",", IDENTITY), "EQUIRECTANGULAR"},
+               {ONE_FRAME("\"fl_x\": 9, \"camera_model\": 7,", IDENTITY), "camera_model"},
+               {ONE_FRAME("\"fl_x\": 9, \"k4\": 0.1,", IDENTITY), "k4"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]"),
+                "frame 0 (a.pam): transform_matrix is singular"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]"), "singular"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "mirrored"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0.3,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "sheared"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,2,0,0],[0,0,1,0],[0,0,0,1]]"), "sheared"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,1,1]]"), "last row"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0],[0,1,0],[0,0,1]]"), "4 x 4"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0]]"), "4 x 4"},
+               {ONE_FRAME("\"fl_x\": 9,", "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]"), "4 x 4"},
+               {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,null],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"), "4 x 4"}};
   place p = open_place();
   put_picture(&p, "a.pam", 8, 6, 4);
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -174,15 +176,24 @@ static void mattes_that_are_not_there_are_refused(void **state) {
 
 // ---- COLMAP models
 
-typedef struct bytes { uint8_t data[1024]; size_t size; } bytes;
+typedef struct bytes {
+  uint8_t data[1024];
+  size_t size;
+} bytes;
 
 static void add(bytes *b, const void *value, size_t size) {
   memcpy(b->data + b->size, value, size);
   b->size += size;
 }
-static void add_count(bytes *b, uint64_t value) { add(b, &value, 8); } // tests run on little-endian machines
-static void add_word(bytes *b, uint32_t value) { add(b, &value, 4); }
-static void add_real(bytes *b, double value) { add(b, &value, 8); }
+static void add_count(bytes *b, uint64_t value) {
+  add(b, &value, 8);
+} // tests run on little-endian machines
+static void add_word(bytes *b, uint32_t value) {
+  add(b, &value, 4);
+}
+static void add_real(bytes *b, double value) {
+  add(b, &value, 8);
+}
 
 static bytes good_cameras(void) {
   bytes b = {.size = 0};
@@ -272,21 +283,22 @@ static void a_model_with_any_changed_byte_never_crashes(void **state) {
 
 static void poses_and_cameras_of_a_model_that_make_no_sense_are_refused(void **state) {
   (void)state;
-  static const struct { const char *cameras, *images, *word; } cases[] = {
-      {"1 PINHOLE 8 6 10 10 4 nan\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "NaN"},
-      {"1 PINHOLE 8 6 10 10 4\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "too few"},
-      {"1 PINHOLE 0 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "size"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 0 0 0 0 0 0 5 1 a.pam\n\n", "quaternion"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 inf 0 0 5 1 a.pam\n\n", "NaN"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 nan 5 1 a.pam\n\n", "NaN"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 2 a.pam\n\n", "not in cameras"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 \n\n", "no name"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n2 1 0 0 0 0 0 5 1 b.pam\n", "keypoints"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n2 1 0 0 0 0 0 5 1 a.pam\n\n", "twice"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "# nothing\n", "without images"},
-      {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 a.pam\n", "too few"},
-      {"1 FOV 8 6 10 10 4 3 1\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "image_undistorter"},
-      {"1 MAGIC 8 6 10 10 4 3 1\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "image_undistorter"}};
+  static const struct {
+    const char *cameras, *images, *word;
+  } cases[] = {{"1 PINHOLE 8 6 10 10 4 nan\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "NaN"},
+               {"1 PINHOLE 8 6 10 10 4\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "too few"},
+               {"1 PINHOLE 0 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "size"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 0 0 0 0 0 0 5 1 a.pam\n\n", "quaternion"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 inf 0 0 5 1 a.pam\n\n", "NaN"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 nan 5 1 a.pam\n\n", "NaN"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 2 a.pam\n\n", "not in cameras"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 \n\n", "no name"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n2 1 0 0 0 0 0 5 1 b.pam\n", "keypoints"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n2 1 0 0 0 0 0 5 1 a.pam\n\n", "twice"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "# nothing\n", "without images"},
+               {"1 PINHOLE 8 6 10 10 4 3\n", "1 1 0 0 a.pam\n", "too few"},
+               {"1 FOV 8 6 10 10 4 3 1\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "image_undistorter"},
+               {"1 MAGIC 8 6 10 10 4 3 1\n", "1 1 0 0 0 0 0 5 1 a.pam\n\n", "image_undistorter"}};
   place p = open_place();
   put_text(&p, "sparse/0/points3D.txt", "");
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -23,10 +23,11 @@ static void nerf_files_without_endings_and_opengl_axes_are_understood(void **sta
   put_picture(&p, "train/r_0.pam", 8, 6, 4);
   put_picture(&p, "train/r_1.pam", 8, 6, 4);
   put_picture(&p, "test/r_0.pam", 8, 6, 4);
-  put_text(&p, "transforms_train.json", "{\"camera_angle_x\": 0.9272952180016122, \"frames\": ["
-           FRAME("./train/r_1", "", SIDE) "," FRAME("./train/r_0", "", IDENTITY) "]}");
-  put_text(&p, "transforms_test.json", "{\"camera_angle_x\": 0.9272952180016122, \"frames\": ["
-           FRAME(".\\\\test\\\\r_0", "", IDENTITY) "]}");
+  put_text(&p, "transforms_train.json",
+           "{\"camera_angle_x\": 0.9272952180016122, \"frames\": [" FRAME("./train/r_1", "", SIDE) "," FRAME(
+               "./train/r_0", "", IDENTITY) "]}");
+  put_text(&p, "transforms_test.json",
+           "{\"camera_angle_x\": 0.9272952180016122, \"frames\": [" FRAME(".\\\\test\\\\r_0", "", IDENTITY) "]}");
   put_text(&p, "transforms_val.json", "no JSON, never read");
   vt_views v = load_name(&p, ".");
   assert_int_equal(v.count, 3);
@@ -38,9 +39,9 @@ static void nerf_files_without_endings_and_opengl_axes_are_understood(void **sta
   const vt_camera *c = &v.items[1].camera;
   assert_close(c->fx, 8, 1e-12); // tan of half the angle is 1/2
   assert_close(c->fy, 8, 1e-12);
-  expect_pixel(c, 0, 0, -2, 4, 3, 1e-12);        // the middle of the picture is between its middle pixels
-  expect_pixel(c, 1, 0, -2, 8, 3, 1e-12);        // right edge
-  expect_pixel(c, 0, 0.5, -2, 4, 1, 1e-12);      // up is towards the first row
+  expect_pixel(c, 0, 0, -2, 4, 3, 1e-12);              // the middle of the picture is between its middle pixels
+  expect_pixel(c, 1, 0, -2, 8, 3, 1e-12);              // right edge
+  expect_pixel(c, 0, 0.5, -2, 4, 1, 1e-12);            // up is towards the first row
   expect_pixel(c, -0.875, 0.625, -2, 0.5, 0.5, 1e-12); // the centre of the first pixel
   c = &v.items[0].camera;
   assert_close(vt_camera_centre(c).x, 5, 1e-12);
@@ -94,10 +95,12 @@ static void lenses_of_frames_go_before_the_lens_of_the_file(void **state) {
   put_picture(&p, "b.pam", 16, 12, 4);
   put_text(&p, "transforms.json",
            "{\"camera_model\": \"OPENCV\", \"w\": 16, \"h\": 12, \"fl_x\": 20, \"fl_y\": 22, \"cx\": 7, \"cy\": 6.5,"
-           " \"k1\": 0.1, \"k2\": 0.2, \"p1\": 0.3, \"p2\": 0.4, \"k3\": 0.5, \"test_filenames\": [\"b.pam\"], \"frames\": ["
-           FRAME("a.pam", "", IDENTITY) ","
-           FRAME("b.pam", ",\"fl_x\": 30, \"fl_y\": 31, \"k1\": 0, \"k2\": 0, \"p1\": 0, \"p2\": 0, \"k3\": 0", IDENTITY) ","
-           FRAME("b.pam", ",\"is_fisheye\": true, \"k4\": 0.6, \"camera_angle_x\": 0.9272952180016122", IDENTITY) "]}");
+           " \"k1\": 0.1, \"k2\": 0.2, \"p1\": 0.3, \"p2\": 0.4, \"k3\": 0.5, \"test_filenames\": [\"b.pam\"], "
+           "\"frames\": [" FRAME("a.pam", "", IDENTITY) "," FRAME(
+               "b.pam", ",\"fl_x\": 30, \"fl_y\": 31, \"k1\": 0, \"k2\": 0, \"p1\": 0, \"p2\": 0, \"k3\": 0",
+               IDENTITY) "," FRAME("b.pam",
+                                   ",\"is_fisheye\": true, \"k4\": 0.6, \"camera_angle_x\": 0.9272952180016122",
+                                   IDENTITY) "]}");
   vt_photos photos = {0};
   assert_int_equal(vt_read_transforms(p.context, at(&p, "transforms.json"), VT_TRAIN, &photos), VT_OK);
   assert_int_equal(photos.count, 3);
@@ -129,10 +132,12 @@ static void scaled_and_rounded_matrices_become_rotations(void **state) {
   (void)state;
   place p = open_place();
   put_picture(&p, "a.pam", 8, 6, 4);
-  put_text(&p, "transforms.json", "{\"fl_x\": 8, \"frames\": ["
-           FRAME("a.pam", "", "[[0,0,1000,5],[1000,0,0,0],[0,1000,0,1],[0,0,0,1]]") ","
-           FRAME("a.pam", "", "[[0,0,1e-5,5],[1e-5,0,0,0],[0,1e-5,0,1]]") ","
-           FRAME("a.pam", "", "[[0.0001,0,1,5],[1.0002,0,0.0001,0],[0,0.9999,0,1],[0,0,0,1]]") "]}");
+  put_text(
+      &p, "transforms.json",
+      "{\"fl_x\": 8, \"frames\": [" FRAME("a.pam", "", "[[0,0,1000,5],[1000,0,0,0],[0,1000,0,1],[0,0,0,1]]") "," FRAME(
+          "a.pam", "", "[[0,0,1e-5,5],[1e-5,0,0,0],[0,1e-5,0,1]]") "," FRAME("a.pam", "",
+                                                                             "[[0.0001,0,1,5],[1.0002,0,0.0001,0],[0,0."
+                                                                             "9999,0,1],[0,0,0,1]]") "]}");
   vt_views v = load_name(&p, "transforms.json");
   for (int n = 0; n < 3; n++) {
     const double *m = v.items[n].camera.rotation.m;
@@ -180,8 +185,9 @@ static void expect_mask_rule(const char *picture, const char *name, const char *
   assert_int_equal(vt_make_image(p.context, 8, 6, 1, &mask), VT_OK);
   for (int i = 0; i < 48; i++) mask.pixels[i] = (uint8_t)(i * 5);
   put_image(&p, name, &mask);
-  snprintf(text, sizeof text, "{\"fl_x\": 9, \"frames\": [{\"file_path\": \"%s\"%s, \"transform_matrix\": " IDENTITY "}]}",
-           picture, frame_more);
+  snprintf(text, sizeof text,
+           "{\"fl_x\": 9, \"frames\": [{\"file_path\": \"%s\"%s, \"transform_matrix\": " IDENTITY "}]}", picture,
+           frame_more);
   put_text(&p, "transforms.json", text);
   vt_capture_desc desc = vt_default_capture_desc();
   desc.source = p.root;
@@ -204,9 +210,9 @@ static void masks_are_found_by_every_rule_of_naming(void **state) {
   expect_mask_rule("images/sub/a.pam", "elsewhere/m.pam", ", \"mask_path\": \"./elsewhere/m.pam\"");
   expect_mask_rule("images/sub/a.pam", "masks/sub/a.pam", "");
 #ifdef VT_WITH_OPENIMAGEIO
-  static const char *const names[] = {"masks/sub/a.pam.png", "masks/sub/a.png", "images/sub/a.mask.png",
+  static const char *const names[] = {"masks/sub/a.pam.png",   "masks/sub/a.png",           "images/sub/a.mask.png",
                                       "images/sub/a_mask.png", "images/sub/a.pam.mask.png", "masks/sub/a.mask.png",
-                                      "masks/sub/a_mask.png", "masks/sub/a.pam.mask.png", ".mask/sub/a.png"};
+                                      "masks/sub/a_mask.png",  "masks/sub/a.pam.mask.png",  ".mask/sub/a.png"};
   for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) expect_mask_rule("images/sub/a.pam", names[i], "");
   expect_mask_rule("a.pam", "masks/a.png", ", \"mask_path\": \"gone.png\""); // a wrong mask_path is no end
 #endif
@@ -218,8 +224,8 @@ static void a_missing_mask_leaves_the_photograph_out_and_says_so(void **state) {
   put_picture(&p, "a.pam", 8, 6, 3);
   put_picture(&p, "b.pam", 8, 6, 3);
   put_picture(&p, "mine/b.pam", 16, 12, 1); // twice the size
-  put_text(&p, "transforms.json", "{\"fl_x\": 9, \"frames\": [" FRAME("a.pam", "", IDENTITY) ","
-           FRAME("b.pam", "", IDENTITY) "]}");
+  put_text(&p, "transforms.json",
+           "{\"fl_x\": 9, \"frames\": [" FRAME("a.pam", "", IDENTITY) "," FRAME("b.pam", "", IDENTITY) "]}");
   char masks[1024];
   snprintf(masks, sizeof masks, "%s", at(&p, "mine"));
   vt_capture_desc desc = vt_default_capture_desc();
@@ -288,7 +294,8 @@ static vt_views make_views(place *p, int count, int test_from) {
     view->name = vt_strdup(p->context, names[i % 6]);
     view->role = i >= test_from ? VT_TEST : VT_TRAIN;
     view->picture = make_picture(p, 20 + i, 15, 4);
-    view->camera = vt_look_at(vt_v3(3 * cos(i), 3 * sin(i), 1 + 0.1 * i), vt_v3(0.1, 0.2, 1), vt_v3(0, 0, 1), 0.6, 20 + i, 15);
+    view->camera =
+        vt_look_at(vt_v3(3 * cos(i), 3 * sin(i), 1 + 0.1 * i), vt_v3(0.1, 0.2, 1), vt_v3(0, 0, 1), 0.6, 20 + i, 15);
     view->camera.cx += 0.37;
     view->camera.fy *= 1.01;
   }
@@ -359,8 +366,8 @@ static vt_views load_dataset(place *p, const char *name, int size, vt_capture_re
   return load(p, &desc, report);
 }
 
-// ---- do cameras and mattes agree? The silhouettes carve a grid of GRID^3 points; what is left must cover each of them.
-// With wrong axes, a mirrored picture or a wrong focal length the views carve away what the others show.
+// ---- do cameras and mattes agree? The silhouettes carve a grid of GRID^3 points; what is left must cover each of
+// them. With wrong axes, a mirrored picture or a wrong focal length the views carve away what the others show.
 
 enum { GRID = 64 };
 
@@ -384,8 +391,8 @@ static vt_vec3 nearest_to_axes(const vt_views *v) { // the point nearest to all 
   return vt_v3(b[0] / a[0], b[1] / a[4], b[2] / a[8]);
 }
 
-// The pixels [box[0], box[2]) x [box[1], box[3]) that a cube of that half edge around the point may cover; false if it is
-// behind or outside.
+// The pixels [box[0], box[2]) x [box[1], box[3]) that a cube of that half edge around the point may cover; false if it
+// is behind or outside.
 static bool cover(const vt_camera *c, vt_vec3 point, double half, int box[4]) {
   double pixel[2], z = vt_to_camera(c, point).z, radius = 1.8 * half * c->fx / (z - 1.8 * half);
   if (z <= 2 * half || !vt_project(c, point, pixel)) return false;
@@ -411,18 +418,21 @@ static double hull_coverage(place *p, const vt_views *v) {
   double reach = vt_length(vt_sub(vt_camera_centre(&v->items[0].camera), middle));
   double half_box = reach * fmin(0.9, 0.55 * width / v->items[0].camera.fx), half = half_box / GRID;
   for (int n = 0; n < GRID * GRID * GRID; n++) {
-    vt_vec3 point = vt_add(middle, vt_v3((2 * (n % GRID) + 1) * half - half_box, (2 * (n / GRID % GRID) + 1) * half - half_box,
-                                         (2 * (n / GRID / GRID) + 1) * half - half_box));
+    vt_vec3 point =
+        vt_add(middle, vt_v3((2 * (n % GRID) + 1) * half - half_box, (2 * (n / GRID % GRID) + 1) * half - half_box,
+                             (2 * (n / GRID / GRID) + 1) * half - half_box));
     bool kept = true;
     for (int i = 0; i < count && kept; i++) {
       const int *s = sums + i * table;
       if (!cover(&v->items[i].camera, point, half, box)) continue; // not seen whole: not carved
       kept = s[box[3] * stride + box[2]] - s[box[1] * stride + box[2]] - s[box[3] * stride + box[0]] +
-             s[box[1] * stride + box[0]] > 0;
+                 s[box[1] * stride + box[0]] >
+             0;
     }
     for (int i = 0; i < count && kept; i++)
       if (cover(&v->items[i].camera, point, half, box))
-        for (int y = box[1]; y < box[3]; y++) memset(covered + i * pixels + y * width + box[0], 1, (size_t)(box[2] - box[0]));
+        for (int y = box[1]; y < box[3]; y++)
+          memset(covered + i * pixels + y * width + box[0], 1, (size_t)(box[2] - box[0]));
   }
   double lowest = 1;
   for (int i = 0; i < count; i++) {
@@ -505,7 +515,8 @@ static void views_are_the_same_for_any_number_of_threads(void **state) {
     place p = {.context = contexts[i] = vt_create_context(&desc)};
     views[i] = load_dataset(&p, "virtual-plant", 200, NULL);
   }
-  for (int n = 0; n < views[0].count; n++) assert_true(same_pixels(&views[0].items[n].picture, &views[1].items[n].picture));
+  for (int n = 0; n < views[0].count; n++)
+    assert_true(same_pixels(&views[0].items[n].picture, &views[1].items[n].picture));
   for (int i = 0; i < 2; i++) {
     vt_free_views(contexts[i], &views[i]);
     vt_destroy_context(contexts[i]);

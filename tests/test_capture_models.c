@@ -46,8 +46,9 @@ static void colmap_text_models_mean_what_colmap_means(void **state) {
   assert_string_equal(v.items[0].name, "a.pam"); // by name
   assert_string_equal(v.items[1].name, "b.pam");
   assert_string_equal(v.items[2].name, "sub/a b.pam");
-  expect_pixel(&v.items[1].camera, 0, 0, 0, 4.25, 3 + 9.5 * 0.25, 1e-12);           // t = (0, 0.5, 2), f x/z + cx
-  expect_pixel(&v.items[1].camera, (0.5 - 4.25) / 9.5 * 2, -0.5 - 2.5 / 9.5 * 2, 0, 0.5, 0.5, 1e-12); // first pixel's centre
+  expect_pixel(&v.items[1].camera, 0, 0, 0, 4.25, 3 + 9.5 * 0.25, 1e-12); // t = (0, 0.5, 2), f x/z + cx
+  expect_pixel(&v.items[1].camera, (0.5 - 4.25) / 9.5 * 2, -0.5 - 2.5 / 9.5 * 2, 0, 0.5, 0.5,
+               1e-12);                                                                   // first pixel's centre
   expect_pixel(&v.items[2].camera, -2, 0, 1, 4 + 10 * 2.0 / 4, 3 + 11 * 0.5 / 4, 1e-12); // x' = z + 1, z' = -x + 2
   vt_free_views(p.context, &v);
   vt_free_capture_report(p.context, &report);
@@ -58,14 +59,22 @@ static void add_bytes(uint8_t **end, const void *value, size_t size) {
   memcpy(*end, value, size);
   *end += size;
 }
-static void add_u64(uint8_t **end, uint64_t v) { add_bytes(end, &v, 8); } // tests run on little-endian machines
-static void add_u32(uint8_t **end, uint32_t v) { add_bytes(end, &v, 4); }
-static void add_f64(uint8_t **end, double v) { add_bytes(end, &v, 8); }
+static void add_u64(uint8_t **end, uint64_t v) {
+  add_bytes(end, &v, 8);
+} // tests run on little-endian machines
+static void add_u32(uint8_t **end, uint32_t v) {
+  add_bytes(end, &v, 4);
+}
+static void add_f64(uint8_t **end, double v) {
+  add_bytes(end, &v, 8);
+}
 
 // Cameras of all seven models, an image with each.
-static const struct { const char *name; int count; } models[] = {
-    {"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4}, {"SIMPLE_RADIAL", 4}, {"RADIAL", 5},
-    {"OPENCV", 8}, {"OPENCV_FISHEYE", 8}, {"FULL_OPENCV", 12}};
+static const struct {
+  const char *name;
+  int count;
+} models[] = {{"SIMPLE_PINHOLE", 3}, {"PINHOLE", 4},        {"SIMPLE_RADIAL", 4}, {"RADIAL", 5},
+              {"OPENCV", 8},         {"OPENCV_FISHEYE", 8}, {"FULL_OPENCV", 12}};
 
 static double parameter(int model, int i) {
   int plain = model == 0 || model == 2 || model == 3 ? 3 : 4;
@@ -98,7 +107,8 @@ static void put_binary_model(place *p, const char *folder, const char *const *na
   put_bytes(p, path, bytes, (size_t)(end - bytes));
   end = bytes;
   add_u64(&end, 1);
-  add_u64(&end, 1), add_f64(&end, 0), add_f64(&end, 0), add_f64(&end, 0), add_bytes(&end, "rgb", 3), add_f64(&end, 0.375);
+  add_u64(&end, 1), add_f64(&end, 0), add_f64(&end, 0), add_f64(&end, 0), add_bytes(&end, "rgb", 3),
+      add_f64(&end, 0.375);
   add_u64(&end, 2), add_u32(&end, 1), add_u32(&end, 0), add_u32(&end, 2), add_u32(&end, 0);
   snprintf(path, sizeof path, "%s/points3D.bin", folder);
   put_bytes(p, path, bytes, (size_t)(end - bytes));
@@ -117,7 +127,8 @@ static void colmap_binary_and_text_models_are_the_same_for_all_lenses(void **sta
       nc += snprintf(cameras + nc, sizeof cameras - (size_t)nc, " %.17g", parameter(m, i));
     nc += snprintf(cameras + nc, sizeof cameras - (size_t)nc, "\n");
     ni += snprintf(images + ni, sizeof images - (size_t)ni, "%d", m + 1);
-    for (int i = 0; i < 7; i++) ni += snprintf(images + ni, sizeof images - (size_t)ni, " %.17g", 0.1 * (i + 1) * (m + 1));
+    for (int i = 0; i < 7; i++)
+      ni += snprintf(images + ni, sizeof images - (size_t)ni, " %.17g", 0.1 * (i + 1) * (m + 1));
     ni += snprintf(images + ni, sizeof images - (size_t)ni, " %d %s\n%s", m + 5, names[m], m == 6 ? "" : "\n");
   }
   put_text(&p, "text/cameras.txt", cameras);
@@ -137,7 +148,8 @@ static void colmap_binary_and_text_models_are_the_same_for_all_lenses(void **sta
     assert_memory_equal(&a->translation, &b->translation, sizeof a->translation);
     assert_int_equal(a->lens.model, b->lens.model);
     assert_memory_equal(a->lens.k, b->lens.k, sizeof a->lens.k);
-    assert_true(a->lens.fx == b->lens.fx && a->lens.fy == b->lens.fy && a->lens.cx == b->lens.cx && a->lens.cy == b->lens.cy);
+    assert_true(a->lens.fx == b->lens.fx && a->lens.fy == b->lens.fy && a->lens.cx == b->lens.cx &&
+                a->lens.cy == b->lens.cy);
     assert_int_equal(a->lens.model, i < 2 ? VT_LENS_PINHOLE : i == 5 ? VT_LENS_FISHEYE : VT_LENS_OPENCV);
     int distortion = i < 2 ? 0 : i == 2 ? 1 : i == 3 ? 2 : i == 6 ? 8 : 4;
     for (int k = 0; k < 8; k++) assert_close(a->lens.k[k], k < distortion ? 0.01 * (k + 1) : 0, 0);
@@ -198,7 +210,8 @@ static void bent_lenses_are_straightened_together_with_their_masks(void **state)
   place p = open_place();
   double x = 0.38, y = -0.25, r = hypot(x, y), theta = atan(r);
   double radial = 1 - 0.2 * r * r, fisheye = theta * (1 + 0.05 * theta * theta) / r;
-  put_text(&p, "sparse/cameras.txt", "1 SIMPLE_RADIAL 96 64 80 47 33 -0.2\n2 OPENCV_FISHEYE 96 64 80 81 47 33 0.05 0 0 0\n");
+  put_text(&p, "sparse/cameras.txt",
+           "1 SIMPLE_RADIAL 96 64 80 47 33 -0.2\n2 OPENCV_FISHEYE 96 64 80 81 47 33 0.05 0 0 0\n");
   put_text(&p, "sparse/images.txt", "1 1 0 0 0 0 0 0 1 a.pam\n\n2 1 0 0 0 0 0 0 2 b.pam\n\n");
   put_spot(&p, "images/a.pam", 3, 80 * x * radial + 47, 80 * y * radial + 33);
   put_spot(&p, "masks/a.pam", 1, 80 * x * radial + 47, 80 * y * radial + 33);
@@ -227,11 +240,13 @@ static void bent_lenses_are_straightened_together_with_their_masks(void **state)
 static void put_false_colmap(place *p, const char *const *names, const char *end) {
   char text[1024];
   put_binary_model(p, "tool/model", names, 3, true);
-  snprintf(text, sizeof text, "#!/bin/sh\nhere=$(dirname \"$0\")\n"
+  snprintf(text, sizeof text,
+           "#!/bin/sh\nhere=$(dirname \"$0\")\n"
            "[ \"$1\" = mapper ] && echo run >> \"$here/calls\"\n"
            "[ \"$1\" = feature_extractor ] && echo '--database_path --SiftExtraction.use_gpu'\n"
            "if [ \"$1\" = mapper ]; then while [ $# -gt 0 ]; do [ \"$1\" = --output_path ] && out=$2; shift; done\n"
-           "mkdir -p \"$out/0\" && cp \"$here\"/model/* \"$out/0/\"\n%s\nfi\nexit 0\n", end);
+           "mkdir -p \"$out/0\" && cp \"$here\"/model/* \"$out/0/\"\n%s\nfi\nexit 0\n",
+           end);
   put_text(p, "tool/colmap", text);
   assert_int_equal(chmod(at(p, "tool/colmap"), 0755), 0);
 }

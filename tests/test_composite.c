@@ -175,6 +175,48 @@ static void tile_follows_the_pixels_of_its_photograph(void **state) {
   vt_destroy_context(context);
 }
 
+// The same ramp from elsewhere: found where the pixel's ray meets the plane through the cell's centre that is parallel
+// to the picture plane, seen by the photograph's camera; also where that plane is behind an eye within the cell.
+static void tile_stands_on_the_plane_that_faces_the_eye(void **state) {
+  (void)state;
+  vt_context *context = scene_context(1);
+  vt_camera own = scene_camera(-2, 1.2, 1.5, 301);
+  own.fy *= 1.1;
+  vt_tree tree = scene_tree(context, 2, 1, one_cell, 1, &own, 4);
+  for (int y = 0; y < 4; y++)
+    for (int x = 0; x < 4; x++) {
+      uint8_t *t = scene_texel(&tree, 2, 0, 0, x, y);
+      t[0] = (uint8_t)(60 * x), t[1] = (uint8_t)(60 * y), t[3] = 200;
+    }
+  vt_vec3 centre = vt_cell_centre(&tree.octree, 2, 0), eyes[] = {{-1, 2, 1}, {2, -1, 0.4}, {0.3, -0.2, 0.3}};
+  vt_tile_frame frame = vt_tile_frame_of(&own, centre, 0.5, tree.tile_side, 4);
+  int seen = 0;
+  for (int e = 0; e < 3; e++) {
+    vt_vec3 target = e == 2 ? vt_v3(3, 1, 1) : vt_add(centre, vt_v3(0.1, 0.2, 0.1));
+    vt_camera camera = vt_look_at(eyes[e], target, vt_v3(0, 0.2, 1), 0.7, 90, 70);
+    vt_vec3 forward = vt_camera_forward(&camera);
+    vt_fimage image;
+    assert_int_equal(vt_composite(context, &tree, 2, &only_first, VT_BLEND_SUM, false, &camera, &image), VT_OK);
+    for (int y = 0; y < 70; y++)
+      for (int x = 0; x < 90; x++) {
+        const float *p = scene_pixel(&image, x, y);
+        if (p[3] < 0.02) continue;
+        vt_ray ray = vt_camera_ray(&camera, x + 0.5, y + 0.5);
+        double s = vt_dot(forward, vt_sub(centre, ray.origin)) / vt_dot(forward, ray.direction), pixel[2];
+        assert_true(vt_project(&own, vt_add(ray.origin, vt_scale(ray.direction, s)), pixel));
+        double u = fmin(fmax((pixel[0] - frame.left) * frame.texel_scale, 0.5), 3.5) - 0.5;
+        double v = fmin(fmax((pixel[1] - frame.top) * frame.texel_scale, 0.5), 3.5) - 0.5;
+        assert_close(p[0] / p[3], 60 * u / 255, 1e-3);
+        assert_close(p[1] / p[3], 60 * v / 255, 1e-3);
+        seen++;
+      }
+    vt_free_fimage(context, &image);
+  }
+  assert_true(seen > 3000);
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
 static void views_blend_as_defined_and_missing_tiles_pass_on_their_weight(void **state) {
   (void)state;
   vt_context *context = scene_context(1);
@@ -309,6 +351,7 @@ int main(void) {
       cmocka_unit_test(opaque_cell_hides_what_is_behind_it),
       cmocka_unit_test(tile_is_the_right_way_round_at_its_own_camera),
       cmocka_unit_test(tile_follows_the_pixels_of_its_photograph),
+      cmocka_unit_test(tile_stands_on_the_plane_that_faces_the_eye),
       cmocka_unit_test(views_blend_as_defined_and_missing_tiles_pass_on_their_weight),
       cmocka_unit_test(number_of_threads_changes_no_bit_and_packing_without_loss_neither),
       cmocka_unit_test(scaled_and_shifted_scenes_agree),

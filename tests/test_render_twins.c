@@ -48,8 +48,8 @@ static void compare_moved(vt_context *context, vt_renderer *cpu, vt_renderer *gl
     double largest, mean = scene_difference(&a, &b, &largest), sum = 0;
     for (int i = 0; i < 150 * 110; i++) sum += a.pixels[4 * i + 3];
     if (getenv("VT_TEST_VERBOSE"))
-      printf("eye %d views %d blend %d flat %d: mean %.4f largest %.3f of 255\n", e, desc->blend_views, (int)desc->blend,
-             desc->flat, mean * 255, largest * 255);
+      printf("eye %d views %d blend %d flat %d: mean %.4f largest %.3f of 255\n", e, desc->blend_views,
+             (int)desc->blend, desc->flat, mean * 255, largest * 255);
     assert_true(sum > 1000);
     assert_true(mean * 255 < bound);
     assert_true(largest * 255 < 40 * bound);

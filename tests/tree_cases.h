@@ -93,7 +93,7 @@ static inline void make_tree(vt_context *context, const tree_case *c, vt_tree *t
   for (int v = 0; v < c->view_count; v++) { // by quarter turns about z: exact in every maths library
     double cosine = v % 2 ? 0 : 1, sine = v % 2 ? 1 : 0;
     tree->cameras[v] = (vt_camera){.width = 640 + v, .height = 480, .fx = 500.5, .fy = 501, .cx = 320, .cy = 240.25 - v,
-                                   .rotation = {{cosine, sine, 0, -sine, cosine, 0, 0, 0, 1}},
+                                   .rotation = {{cosine, sine, 0, 0 - sine, cosine, 0, 0, 0, 1}},
                                    .translation = {0.1 * v, -0.2, 5}};
   }
   if (c->packed) {
