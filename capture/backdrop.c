@@ -24,7 +24,6 @@
 #define SURE 7.0f     // from which a pixel is plant
 #define STEPS 4.0f    // of the distance, per standard deviation, in a byte
 #define FEW 1e-5      // share of the picture below which a spot is a speck
-#define TWIG 0.55f    // alpha, by the colour of thick parts near it, above which a twig is taken as solid
 enum {
   REACH = 3, // pixels over which an edge may be blurred
   LEAST = 7, // half levels of contrast below which a pixel may be a halo of blurred chroma
@@ -183,31 +182,48 @@ static void keep_insides(matte *m) {
     }
 }
 
-// The plant's unmixed colours, spread. A blurred edge has half of the contrast beside it where the plant ends; unmixed is
-// what lies a pixel inside of that line, whatever its colour, and the shade in the inside. What is too thin for an inside is unmixed at its peak, if
-// that is far enough on the line to the colour of the thick parts near it.
-static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, vt_image *out) {
-  vt_image thick = {0};
+// Before a bright backdrop a pixel of the plant that is near B is a gap; before a dark one it may as well be shade, which
+// has to stay solid.
+static bool is_gap_rather_than_shade(const uint8_t *i, const uint8_t *b) {
+  int backdrop = b[0] + b[1] + b[2];
+  return backdrop > 3 * 90 && i[0] + i[1] + i[2] < backdrop;
+}
+
+// Marks in mask, and counts, what is unmixed by its place: a blurred edge has half of the contrast beside it where the
+// plant ends, and unmixed is what lies a pixel inside of that line, whatever its colour, and the shade in the inside.
+// Marks in contrast the peaks of what may be too thin for an inside.
+static size_t mark_thick(matte *m, const vt_image *b) {
   size_t count = 0;
   measure_contrast(m, b);
   find_peaks(m);
   for (size_t p = 0; p < m->count; p++) {
-    const uint8_t *c = m->rgb->pixels + p * 3, *back = b->pixels + p * 3;
-    bool darker = c[0] + c[1] + c[2] < back[0] + back[1] + back[2]; // then what is near B is no shade, but a gap
+    bool gap = is_gap_rather_than_shade(m->rgb->pixels + p * 3, b->pixels + p * 3);
     int here = m->contrast[p] < LEAST ? 0 : m->contrast[p], peak = m->scratch[p];
-    m->mask[p] = !here || 100 * here < (darker ? 70 : 50) * peak;
-    if (darker && m->mask[p] && m->trimap[p] == CORE) m->trimap[p] = INSIDE;
-    bool shade = !darker && here && 4 * here >= peak && m->trimap[p] >= INSIDE;
+    m->mask[p] = !here || 100 * here < (gap ? 80 : 50) * peak;
+    if (gap && m->mask[p] && m->trimap[p] == CORE) m->trimap[p] = INSIDE;
+    bool shade = !gap && here && 4 * here >= peak && m->trimap[p] >= INSIDE;
     m->contrast[p] = (uint8_t)((here && 100 * here >= PEAK * peak) | shade << 1);
   }
   keep_insides(m);
-  for (size_t p = 0; p < m->count; p++) count += m->mask[p] = m->scratch[p] || (m->contrast[p] & 2);
-  vt_status status = VT_OK;
-  if (count) status = vt_spread_colours(context, m->rgb, m->mask, &thick);
+  for (size_t p = 0; p < m->count; p++) {
+    count += m->mask[p] = m->scratch[p] || (m->contrast[p] & 2);
+    m->contrast[p] &= 1;
+  }
+  return count;
+}
+
+// F: the plant's unmixed colours, spread. A twig too thin for an inside is unmixed at its peak if that is far enough on
+// the line to the colour of the thick parts near it.
+static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, vt_image *out) {
+  vt_image thick = {0};
+  size_t count = mark_thick(m, b);
+  vt_status status = count ? vt_spread_colours(context, m->rgb, m->mask, &thick) : VT_OK;
   if (status != VT_OK) return status;
   for (size_t p = 0; p < m->count; p++) {
-    if (m->mask[p] || m->trimap[p] != PLANT || !(m->contrast[p] & 1)) continue;
-    m->mask[p] = !count || on_colour_line(m->rgb->pixels + p * 3, b->pixels + p * 3, thick.pixels + p * 3) > TWIG;
+    if (m->mask[p] || m->trimap[p] != PLANT || !m->contrast[p]) continue;
+    const uint8_t *i = m->rgb->pixels + p * 3, *back = b->pixels + p * 3;
+    float enough = is_gap_rather_than_shade(i, back) ? 0.8f : 0.55f;
+    m->mask[p] = !count || on_colour_line(i, back, thick.pixels + p * 3) > enough;
   }
   vt_free_image(context, &thick);
   return vt_spread_colours(context, m->rgb, m->mask, out);

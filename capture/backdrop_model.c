@@ -21,7 +21,7 @@ enum { TERMS = 6, ROUNDS = 12, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared
 #define INSIDE 3.0f      // a pixel within so many standard deviations is backdrop
 #define CORE 0.7         // share of a tile's backdrop that its model is drawn from
 #define CORE_SCALE 1.7f  // variance of a 3-D normal distribution over that of its likest 70 %
-#define ENOUGH 0.5f      // share of a tile's pixels from which a model is drawn
+#define ENOUGH 0.3f      // share of a tile's pixels from which a model is drawn
 #define MOSTLY 0.5f      // share from which a tile joins its neighbours' backdrop
 
 typedef struct sample {

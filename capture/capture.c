@@ -87,7 +87,7 @@ static vt_status find_model(vt_context *context, const char *base, vt_colmap_mod
   vt_status status = VT_OK;
   *found = false;
   for (int n = 0; n < 1000 && !status; n++) {
-    char number[8];
+    char number[16];
     snprintf(number, sizeof number, "%d", n);
     char *folder = folder_in(context, base, number);
     if (!folder) break;

@@ -64,6 +64,30 @@ static size_t brick_of(const vt_level *level, int edge, uint32_t i) {
   return level->x[i] / e + n * (level->y[i] / e + n * (level->z[i] / e));
 }
 
+// One sweep of the two-pass chessboard distance transform [Rosenfeld & Pfaltz 1968]: each brick against the 13
+// neighbours that come before it (step 1) or after it (step -1).
+static void spread_distance(vt_brick *bricks, int n, int step) {
+  int begin = step > 0 ? 0 : n - 1, end = step > 0 ? n : -1;
+  for (int z = begin; z != end; z += step)
+    for (int y = begin; y != end; y += step)
+      for (int x = begin; x != end; x += step) {
+        vt_brick *here = &bricks[(size_t)x + (size_t)n * ((size_t)y + (size_t)n * (size_t)z)];
+        for (int k = 0; k < 13 && here->skip > 1; k++) { // k = 0..12 of the 27, all before the middle one
+          int nx = x + step * (k % 3 - 1), ny = y + step * (k / 3 % 3 - 1), nz = z + step * (k / 9 - 1);
+          if (nx < 0 || ny < 0 || nz < 0 || nx >= n || ny >= n || nz >= n) continue;
+          uint32_t there = bricks[(size_t)nx + (size_t)n * ((size_t)ny + (size_t)n * (size_t)nz)].skip;
+          if (there + 1 < here->skip) here->skip = there + 1;
+        }
+      }
+}
+
+static void measure_empty_space(vt_brick *bricks, int n) {
+  size_t count = (size_t)n * (size_t)n * (size_t)n;
+  for (size_t i = 0; i < count; i++) bricks[i].skip = bricks[i].mask ? 0 : (uint32_t)n;
+  spread_distance(bricks, n, 1);
+  spread_distance(bricks, n, -1);
+}
+
 vt_status vt_build_bricks(vt_context *context, int branching, vt_level *level) {
   int edge = vt_brick_edge(branching);
   level->axis_bricks = (level->axis_cells + edge - 1) / edge;
@@ -79,6 +103,7 @@ vt_status vt_build_bricks(vt_context *context, int branching, vt_level *level) {
     VT_VALIDATE(brick->first + vt_count_bits(brick->mask & (bit - 1)) == i);
     brick->mask |= bit;
   }
+  measure_empty_space(level->bricks, level->axis_bricks);
   return VT_OK;
 }
 

@@ -20,6 +20,7 @@ extern "C" {
 typedef struct vt_brick {
   uint64_t mask;  // bit = Morton number of the cell within the brick
   uint32_t first; // index of the brick's first cell
+  uint32_t skip;  // bricks to the nearest one with cells, larger of the axes' distances; 0 if it has cells itself
 } vt_brick;
 
 // The occupied cells of one level, in Morton order, as structure of arrays. A cell's edge is root edge / branching^level.

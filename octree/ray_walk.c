@@ -4,7 +4,7 @@
 // Two nested walks of integer steps [Amanatides & Woo 1987, A fast voxel traversal algorithm]: over bricks, and within
 // a brick that holds cells over its cells. Distances to planes are in double and begin anew from the planes' integer
 // numbers in each brick, so errors do not grow along the ray; a cell ends where the next begins, so the chords of a ray
-// add up to its clipped length. An axis along which the ray does not move never gives the next plane (its distance is
+// add up to its clipped length. Empty bricks know how far the nearest cells are, and the walk jumps that far. An axis along which the ray does not move never gives the next plane (its distance is
 // infinite by choice, not by 0/0), and a ray that starts on a plane belongs to the cell above it (half-open cells).
 
 #include "octree/cells.h"
@@ -12,6 +12,7 @@
 #include <math.h>
 
 #define SMALLEST_CHORD 1e-5
+#define LEAST_SKIP 3 // a jump costs about as much as so many steps
 
 // The state of one walk over a grid, axes apart so that it stays in registers.
 typedef struct stepper {
@@ -109,6 +110,12 @@ static size_t walk_brick(const walker *w, int edge, const vt_brick *brick, const
   }
 }
 
+static inline stepper start_in_brick(const walker *w, double t, int edge, int n) {
+  int brick[3];
+  for (int a = 0; a < 3; a++) brick[a] = locate(w, a, t, edge, 0, n - 1);
+  return start_at(w, brick, edge, brick[0] + n * (brick[1] + n * brick[2]), n, n * n);
+}
+
 size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray, vt_segment *out) {
   const vt_level *level = &octree->levels[level_number];
   int n = level->axis_bricks, edge = vt_brick_edge(octree->branching);
@@ -122,14 +129,18 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
     }
   if (!level->cell_count || !clip_to_root(&w, level->axis_cells, &near, &far)) return 0;
 
-  int brick[3];
-  for (int a = 0; a < 3; a++) brick[a] = locate(&w, a, near, edge, 0, n - 1);
-  stepper s = start_at(&w, brick, edge, brick[0] + n * (brick[1] + n * brick[2]), n, n * n);
+  stepper s = start_in_brick(&w, near, edge, n);
   double t = near, last = far - 1e-9;
   size_t count = 0;
   for (;;) {
-    double exit = next_exit(&s), end = exit < far ? exit : far;
     const vt_brick *here = &level->bricks[s.at];
+    if (here->skip > LEAST_SKIP) { // nothing within skip - 1 bricks on any side
+      t += (here->skip - 1) * (double)edge;
+      if (t >= last) return count;
+      s = start_in_brick(&w, t, edge, n);
+      continue;
+    }
+    double exit = next_exit(&s), end = exit < far ? exit : far;
     if (here->mask && end > t) {
       int at[3] = {s.at % n, s.at / n % n, s.at / (n * n)};
       count += walk_brick(&w, edge, here, at, t, end, out + count);

@@ -137,7 +137,7 @@ static vt_status shrink(vt_context *context, const vt_silhouettes *silhouettes, 
 
 vt_status vt_find_bounds(vt_context *context, const vt_views *views, vt_octree *octree) {
   vt_vec3 centre;
-  double radius;
+  double radius = 0;
   vt_status status = guess_volume(context, views, &centre, &radius);
   if (status) return status;
   int longest = 1;

@@ -14,7 +14,7 @@
 #include "reconstruct/refine.h"
 
 #define LARGEST_RAY_STORE (3ull << 30) // bytes, where --max-memory sets no other bound
-#define TEXELS_PER_EDGE(tree) ((tree)->texel_edge / (tree)->tile_side)
+#define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
   return (vt_reconstruct_desc){VT_COOKIE, method, preset, 0, 0, 0.99};

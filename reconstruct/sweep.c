@@ -30,14 +30,14 @@ typedef struct vt_ray_lane {
 
 typedef vt_status (*walk_visitor)(void *user, const vt_swept_ray *);
 
-// Walks the rays of one view that belong to a lane.
-static vt_status walk_view(const vt_rays *rays, int lane, int view, walk_visitor visit, void *user) {
+// Walks the rays of one view that belong to a lane: all of them, or a sample of one in `stride` along each axis.
+static vt_status walk_view(const vt_rays *rays, int lane, int view, int stride, walk_visitor visit, void *user) {
   vt_ray_lane *l = &rays->lanes[lane];
   const vt_camera *camera = &rays->views->cameras[view];
   const vt_image *picture = &rays->views->pictures[view];
   for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < picture->height; band += VT_LANES)
-    for (int y = band * BAND_ROWS; y < (band + 1) * BAND_ROWS && y < picture->height; y++)
-      for (int x = 0; x < picture->width; x++) {
+    for (int y = band * BAND_ROWS; y < (band + 1) * BAND_ROWS && y < picture->height; y += stride)
+      for (int x = 0; x < picture->width; x += stride) {
         vt_ray ray = vt_camera_ray(camera, x + 0.5, y + 0.5);
         size_t count = vt_walk_ray(rays->octree, rays->level, &ray, l->segments);
         if (!count) continue;
@@ -56,21 +56,26 @@ typedef struct collect_job {
   vt_status status[VT_LANES];
 } collect_job;
 
+static vt_status make_room(collect_job *job, vt_ray_lane *lane, size_t rays, size_t chords) {
+  if (rays * sizeof(kept_ray) + chords * sizeof(vt_chord) > job->lane_bound) return VT_OUT_OF_MEMORY;
+  kept_ray *r = vt_realloc(job->context, lane->rays, rays, sizeof *r);
+  if (!r) return VT_OUT_OF_MEMORY;
+  lane->rays = r;
+  lane->ray_capacity = rays;
+  vt_chord *c = vt_realloc(job->context, lane->chords, chords, sizeof *c);
+  if (!c) return VT_OUT_OF_MEMORY;
+  lane->chords = c;
+  lane->chord_capacity = chords;
+  return VT_OK;
+}
+
 static vt_status keep_ray(void *user, const vt_swept_ray *ray) {
   collect_job *job = user;
   vt_ray_lane *lane = &job->rays->lanes[ray->lane];
   if (lane->ray_count == lane->ray_capacity || lane->chord_count + ray->chord_count > lane->chord_capacity) {
-    size_t rays = lane->ray_capacity + lane->ray_capacity / 2 + 4096;
-    size_t chords = lane->chord_capacity + lane->chord_capacity / 2 + 65536;
-    if (rays * sizeof(kept_ray) + chords * sizeof(vt_chord) > job->lane_bound) return VT_OUT_OF_MEMORY;
-    kept_ray *r = vt_realloc(job->context, lane->rays, rays, sizeof *r);
-    if (!r) return VT_OUT_OF_MEMORY;
-    lane->rays = r;
-    lane->ray_capacity = rays;
-    vt_chord *c = vt_realloc(job->context, lane->chords, chords, sizeof *c);
-    if (!c) return VT_OUT_OF_MEMORY;
-    lane->chords = c;
-    lane->chord_capacity = chords;
+    vt_status status = make_room(job, lane, lane->ray_capacity + lane->ray_capacity / 4 + 4096,
+                                 lane->chord_capacity + lane->chord_capacity / 4 + 65536);
+    if (status) return status;
   }
   lane->rays[lane->ray_count++] = (kept_ray){(uint16_t)ray->x, (uint16_t)ray->y, (uint32_t)ray->chord_count};
   memcpy(lane->chords + lane->chord_count, ray->chords, ray->chord_count * sizeof *ray->chords);
@@ -78,13 +83,31 @@ static vt_status keep_ray(void *user, const vt_swept_ray *ray) {
   return VT_OK;
 }
 
+static vt_status count_ray(void *user, const vt_swept_ray *ray) {
+  size_t *counts = user;
+  counts[0]++;
+  counts[1] += ray->chord_count;
+  return VT_OK;
+}
+
+// Room for what a sample of the rays promises, so that growing and copying is the exception.
+static vt_status reserve_lane(collect_job *job, int lane_number) {
+  size_t counts[2] = {0, 0};
+  for (int view = 0; view < job->rays->views->count; view++)
+    (void)walk_view(job->rays, lane_number, view, BAND_ROWS, count_ray, counts);
+  vt_ray_lane *lane = &job->rays->lanes[lane_number];
+  size_t scale = BAND_ROWS * BAND_ROWS;
+  return make_room(job, lane, counts[0] * scale + counts[0] + 4096, counts[1] * scale + counts[1] + 65536);
+}
+
 static void collect_lanes(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   collect_job *job = user;
   for (size_t i = begin; i < end; i++) {
     vt_ray_lane *lane = &job->rays->lanes[i];
+    job->status[i] = reserve_lane(job, (int)i);
     for (int view = 0; view < job->rays->views->count && !job->status[i]; view++) {
-      job->status[i] = walk_view(job->rays, (int)i, view, keep_ray, job);
+      job->status[i] = walk_view(job->rays, (int)i, view, 1, keep_ray, job);
       lane->first_ray[view + 1] = lane->ray_count;
       lane->first_chord[view + 1] = lane->chord_count;
     }
@@ -213,7 +236,7 @@ static void sweep_lanes(void *user, size_t begin, size_t end, int worker) {
       if (job->rays->kept)
         sweep_kept(job, lane, view);
       else
-        (void)walk_view(job->rays, lane, view, pass_on, job);
+        (void)walk_view(job->rays, lane, view, 1, pass_on, job);
     }
 }
 

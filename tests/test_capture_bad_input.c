@@ -281,6 +281,22 @@ static void a_model_with_any_changed_byte_never_crashes(void **state) {
   close_place(&p);
 }
 
+static void counts_whose_bytes_overflow_are_refused(void **state) {
+  (void)state;
+  place p = open_place();
+  bytes cameras = good_cameras(), images = good_images(), points = good_points();
+  uint64_t one = 1, wraps = UINT64_C(0xaaaaaaaaaaaaaab); // times 24 bytes a keypoint: 2^64 + 8
+  memcpy(images.data, &one, 8);
+  memcpy(images.data + 8 + 4 + 56 + 4 + 6, &wraps, 8);
+  put_model(&p, &cameras, &images, &points);
+  assert_int_equal(read_model(&p), VT_BAD_INPUT);
+  images = good_images();
+  memset(images.data, 0xff, 8);
+  put_model(&p, &cameras, &images, &points);
+  assert_int_equal(read_model(&p), VT_BAD_INPUT);
+  close_place(&p);
+}
+
 static void poses_and_cameras_of_a_model_that_make_no_sense_are_refused(void **state) {
   (void)state;
   static const struct {
@@ -350,6 +366,7 @@ int main(void) {
 #endif
       cmocka_unit_test(a_truncated_model_is_refused_at_every_byte),
       cmocka_unit_test(a_model_with_any_changed_byte_never_crashes),
+      cmocka_unit_test(counts_whose_bytes_overflow_are_refused),
       cmocka_unit_test(poses_and_cameras_of_a_model_that_make_no_sense_are_refused),
       cmocka_unit_test(a_workspace_with_missing_or_contradicting_pictures_is_refused),
       cmocka_unit_test(an_interrupted_load_gives_nothing),

@@ -1,0 +1,250 @@
+// test_reconstruct.c - bounds, hull, opacity, refinement and textures against phantoms with known truth
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/hash.h"
+#include "base/image_metrics.h"
+#include "base/rng.h"
+#include "datasets-synthetic/synthetic.h"
+#include "reconstruct/refine.h"
+#include "reconstruct/reconstruct.h"
+#include "render/render.h"
+#include "tests/unit.h"
+
+static vt_context *make_context(int threads) {
+  vt_context_desc desc = vt_default_context_desc();
+  desc.thread_count = threads;
+  desc.log_level = VT_LOG_QUIET;
+  return vt_create_context(&desc);
+}
+
+static vt_synthetic_desc phantom(vt_synthetic_kind kind, int views, int size) {
+  vt_synthetic_desc desc = vt_default_synthetic_desc();
+  desc.kind = kind;
+  desc.train_count = views;
+  desc.test_count = 4;
+  desc.width = desc.height = size;
+  desc.supersample = 2;
+  desc.peak_extinction = 2;
+  return desc;
+}
+
+// Mean alpha RMSE of the test views, drawn without textures.
+static double held_out_alpha(vt_context *context, const vt_tree *tree, const vt_views *views, bool flat) {
+  double sum = 0;
+  int count = 0;
+  const float white[3] = {1, 1, 1};
+  for (int i = 0; i < views->count; i++) {
+    if (views->items[i].role != VT_TEST) continue;
+    vt_fimage picture;
+    vt_metrics metrics;
+    vt_view_weights weights = vt_choose_views(tree, vt_camera_centre(&views->items[i].camera), 2);
+    assert_int_equal(vt_composite(context, tree, tree->octree.level_count - 1, &weights, VT_BLEND_SUM, flat,
+                                  &views->items[i].camera, &picture), VT_OK);
+    assert_int_equal(vt_measure(context, &picture, &views->items[i].picture, white, &metrics), VT_OK);
+    sum += metrics.alpha_rmse;
+    count++;
+    vt_free_fimage(context, &picture);
+  }
+  return sum / count;
+}
+
+static void opacity_of_phantoms_predicts_held_out_mattes(void **state) {
+  (void)state;
+  vt_context *context = make_context(2);
+  vt_synthetic_kind kinds[] = {VT_SYNTHETIC_BALL, VT_SYNTHETIC_SHELL, VT_SYNTHETIC_BLOBS};
+  for (int k = 0; k < 3; k++) {
+    vt_synthetic_desc synthetic = phantom(kinds[k], 24, 64);
+    vt_views views;
+    vt_tree tree;
+    vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
+    desc.leaf_level = 5;
+    assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+    assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, NULL), VT_OK);
+    double alpha = held_out_alpha(context, &tree, &views, true);
+    printf("phantom %d: held-out alpha RMSE %.4f\n", k, alpha);
+    assert_true(alpha < 0.035); // 32 cells across: the hard edge of a ball is what is left
+    vt_free_tree(context, &tree);
+    vt_free_views(context, &views);
+  }
+  vt_destroy_context(context);
+}
+
+static void every_method_makes_textures_that_predict(void **state) {
+  (void)state;
+  vt_context *context = make_context(2);
+  vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BLOBS, 12, 48);
+  vt_views views;
+  assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+  vt_method methods[] = {VT_METHOD_2004, VT_METHOD_2006, VT_METHOD_BEST};
+  for (int m = 0; m < 3; m++) {
+    vt_tree tree;
+    vt_reconstruct_report report;
+    vt_reconstruct_desc desc = vt_default_reconstruct_desc(methods[m], VT_PRESET_DRAFT);
+    desc.leaf_level = m ? 4 : 3;
+    assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, &report), VT_OK);
+    assert_int_equal(tree.octree.branching, m ? 2 : 3);
+    assert_int_equal(tree.texel_edge, m ? 4 : 8);
+    for (int level = 0; level < tree.octree.level_count; level++) {
+      assert_int_equal(tree.tiles[level].tile_count, report.levels[level].billboards);
+      assert_true(report.levels[level].billboards <= report.levels[level].billboards_before);
+      assert_true(tree.tiles[level].tile_count > 0);
+    }
+    assert_true(held_out_alpha(context, &tree, &views, false) < 0.05);
+    vt_free_tree(context, &tree);
+  }
+  vt_free_views(context, &views);
+  vt_destroy_context(context);
+}
+
+static void gradient_agrees_with_finite_differences(void **state) {
+  (void)state;
+  vt_rng rng = vt_seed_rng(4, 2);
+  for (int trial = 0; trial < 50; trial++) {
+    float s[6], colour[18], target[4], gradient[6][4], unused[6][4];
+    vt_chord chords[6];
+    target[3] = (float)vt_random_unit(&rng);
+    for (int i = 0; i < 3; i++) target[i] = target[3] * (float)vt_random_unit(&rng);
+    for (int i = 0; i < 6; i++) {
+      s[i] = (float)vt_random_between(&rng, 0.05, 1.5);
+      chords[i] = (vt_chord){(uint32_t)i, (float)vt_random_between(&rng, 0.1, 1.5)};
+      for (int c = 0; c < 3; c++) colour[3 * i + c] = (float)vt_random_unit(&rng);
+    }
+    vt_ray_gradient(s, colour, chords, 6, target, gradient);
+    for (int i = 0; i < 6; i++)
+      for (int p = 0; p < 4; p++) {
+        float *x = p ? &colour[3 * i + p - 1] : &s[i], keep = *x, h = 1e-2f;
+        *x = keep + h;
+        double up = vt_ray_gradient(s, colour, chords, 6, target, unused);
+        *x = keep - h;
+        double down = vt_ray_gradient(s, colour, chords, 6, target, unused);
+        *x = keep;
+        assert_close(gradient[i][p], (up - down) / (2 * (double)h), 3e-4);
+      }
+  }
+}
+
+static uint64_t hash_of_tree(const vt_tree *tree) {
+  uint64_t hash = 0;
+  for (int l = 0; l < tree->octree.level_count; l++) {
+    const vt_level *level = &tree->octree.levels[l];
+    hash = vt_hash(level->optical_depth, level->cell_count * sizeof(float), hash);
+    hash = vt_hash(level->colour, 3 * level->cell_count * sizeof(float), hash);
+    hash = vt_hash(tree->tiles[l].texels, (size_t)tree->tiles[l].tile_count * 64, hash);
+    hash = vt_hash(tree->tiles[l].tile_of, (size_t)level->cell_count * (size_t)tree->view_count * 4, hash);
+  }
+  return hash;
+}
+
+static void any_number_of_threads_gives_the_same_tree(void **state) {
+  (void)state;
+  uint64_t hash[4] = {0};
+  int threads[4] = {1, 2, 3, 7};
+  for (int i = 0; i < 4; i++) {
+    vt_context *context = make_context(threads[i]);
+    vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BLOBS, 9, 40);
+    vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
+    desc.leaf_level = 4;
+    vt_views views;
+    vt_tree tree;
+    assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+    assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, NULL), VT_OK);
+    hash[i] = hash_of_tree(&tree);
+    vt_free_tree(context, &tree);
+    vt_free_views(context, &views);
+    vt_destroy_context(context);
+  }
+  for (int i = 1; i < 4; i++) assert_true(hash[i] == hash[0]);
+}
+
+// The same scene in other units and far from the origin: held-out alpha must not change.
+static void scale_and_shift_change_nothing(void **state) {
+  (void)state;
+  double reference = 0;
+  double scales[] = {1, 1e-6, 1e6, 1}, shifts[] = {0, 0, 0, 1e6};
+  for (int i = 0; i < 4; i++) {
+    vt_context *context = make_context(2);
+    vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BLOBS, 12, 40);
+    vt_views views;
+    vt_tree tree;
+    assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+    for (int v = 0; v < views.count; v++) { // x' = scale x + shift
+      vt_camera *camera = &views.items[v].camera;
+      vt_vec3 shift = vt_v3(shifts[i], -shifts[i], shifts[i]);
+      camera->translation = vt_sub(vt_scale(camera->translation, scales[i]), vt_mul(&camera->rotation, shift));
+    }
+    vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
+    desc.leaf_level = 4;
+    assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, NULL), VT_OK);
+    double alpha = held_out_alpha(context, &tree, &views, true);
+    printf("scale %g shift %g: alpha RMSE %.6f\n", scales[i], shifts[i], alpha);
+    if (i == 0) reference = alpha;
+    assert_close(alpha, reference, 1e-3);
+    vt_free_tree(context, &tree);
+    vt_free_views(context, &views);
+    vt_destroy_context(context);
+  }
+}
+
+static void empty_mattes_and_no_views_are_refused(void **state) {
+  (void)state;
+  vt_context *context = make_context(1);
+  vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BALL, 5, 24);
+  vt_views views, none = {0};
+  vt_tree tree;
+  vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_DRAFT);
+  assert_int_equal(vt_reconstruct(context, &desc, &none, &tree, NULL), VT_TOO_FEW_VIEWS);
+  vt_clear_error(context);
+  assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+  for (int v = 0; v < views.count; v++)
+    for (int i = 0; i < 24 * 24; i++) views.items[v].picture.pixels[4 * i + 3] = 0;
+  assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, NULL), VT_BAD_INPUT);
+  assert_true(strlen(vt_last_error(context)) > 20);
+  vt_free_views(context, &views);
+  vt_destroy_context(context);
+}
+
+// One view, two identical ones, all cameras clustered, mattes of 0 and 255 only: no crash, finite values.
+static void degenerate_captures_stay_finite(void **state) {
+  (void)state;
+  for (int kind = 0; kind < 4; kind++) {
+    vt_context *context = make_context(2);
+    vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BALL, 6, 32);
+    vt_views views;
+    vt_tree tree;
+    assert_int_equal(vt_make_synthetic_views(context, &synthetic, &views), VT_OK);
+    for (int v = 0; v < views.count; v++) {
+      if (kind == 0) views.items[v].role = v ? VT_TEST : VT_TRAIN;
+      if (kind == 1) views.items[v].role = v > 1 ? VT_TEST : VT_TRAIN;
+      if (kind == 1 || kind == 2) {
+        views.items[v].camera = views.items[0].camera;
+        views.items[v].camera.translation.x += kind == 2 ? 1e-3 * v : 0;
+      }
+      for (int i = 0; kind == 3 && i < 32 * 32; i++) {
+        uint8_t *alpha = &views.items[v].picture.pixels[4 * i + 3];
+        *alpha = *alpha > 100 ? 255 : 0;
+      }
+    }
+    vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
+    desc.leaf_level = 4;
+    assert_int_equal(vt_reconstruct(context, &desc, &views, &tree, NULL), VT_OK);
+    for (int l = 0; l < tree.octree.level_count; l++)
+      for (uint32_t i = 0; i < tree.octree.levels[l].cell_count; i++) {
+        assert_true(tree.octree.levels[l].optical_depth[i] >= 0 && tree.octree.levels[l].optical_depth[i] <= 30);
+        for (int c = 0; c < 3; c++) assert_true(tree.octree.levels[l].colour[3 * i + c] >= 0);
+      }
+    vt_free_tree(context, &tree);
+    vt_free_views(context, &views);
+    vt_destroy_context(context);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(gradient_agrees_with_finite_differences),
+      cmocka_unit_test(opacity_of_phantoms_predicts_held_out_mattes),
+      cmocka_unit_test(every_method_makes_textures_that_predict),
+      cmocka_unit_test(any_number_of_threads_gives_the_same_tree),
+      cmocka_unit_test(scale_and_shift_change_nothing),
+      cmocka_unit_test(empty_mattes_and_no_views_are_refused),
+      cmocka_unit_test(degenerate_captures_stay_finite)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
