@@ -23,10 +23,13 @@ if [ $# -gt 0 ]; then
 fi
 cd "$(dirname "$0")"
 
-./setup.sh demo
+# shellcheck disable=SC2046 # COLMAP only where cameras must be found
+./setup.sh build video $([ -z "$photos" ] || echo capture)
 echo "== build"
 mkdir -p demo
-if ! { cmake --preset release && cmake --build --preset release --target voltree; } >demo/build.log 2>&1; then
+tests=ON # cmocka is for the tests alone, and no part of the group build
+pkg-config --exists cmocka || tests=OFF
+if ! { cmake --preset release -DVT_WITH_CMOCKA=$tests && cmake --build --preset release --target voltree; } >demo/build.log 2>&1; then
   tail -30 demo/build.log >&2
   echo "demo.sh: the build failed; demo/build.log holds all that was said" >&2
   exit 1

@@ -2,18 +2,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // 1. backdrop_model.c says how far, in standard deviations, each pixel is from the backdrop around it.
-// 2. Trimap by two thresholds, as Canny's: what is connected to something beyond SURE counts from DOUBTFUL on; specks are
-//    dropped. Certainly plant: two pixels inside of that. Certainly backdrop: three pixels outside.
-// 3. In the band between, both ends of the colour line are known, spread from the certain pixels around (F from the plant
-//    inside, B from the backdrop outside):   alpha = <I-B, F-B> / |F-B|^2   (Ruzon, Tomasi, "Alpha estimation in natural
-//    images", CVPR 2000, with one colour a side). It cannot be below what 0 <= F <= 1 demands with B known:
-//    alpha >= max_c max((I_c-B_c)/(1-B_c), (B_c-I_c)/B_c).
-// Twigs thinner than the band have no certain pixel; the ridge of such a twig stands for its colour if it is nearly as far
-// from the backdrop as thicker parts near it, so that thin stems are solid in their middle.
-// Propagation (closed-form, information flow) is not used: holes in a crown are islands that it does not reach, while the
-// colour line needs no neighbours. Colours are the encoded ones, as everywhere in voltree: alpha and F put over B give
-// the photograph back. F of the result comes from foreground.c.
-// What goes wrong: parts of the plant in the colour of the backdrop are lost; sharp-edged things of another colour stay.
+// 2. Two thresholds, as Canny's, choose what is kept: what hangs on enough pixels beyond SURE counts from DOUBTFUL on.
+//    Specks are dropped. What is far inside is certainly plant; the rest of it, and two pixels around, is solved.
+// 3. There both ends of the colour line are known, spread from where they are seen unmixed (F from the plant, B from
+//    the backdrop outside), and (Ruzon, Tomasi, "Alpha estimation in natural images", CVPR 2000, one colour a side)
+//      alpha = <I-B, F-B> / |F-B|^2
+//    It cannot be below what 0 <= F <= 1 demands with B known:
+//      alpha >= max_c max((I_c-B_c)/(1-B_c), (B_c-I_c)/B_c)
+//
+// All depends on where F is taken. An edge is blurred over some pixels, and the chroma of a JPEG over some more, so the
+// plant's rim is mixed; but a dark stem beside a bright leaf is not a mixture of the leaf. Unmixed is what lies inside
+// of the line where the contrast is half of that beside it, or the ridge of a twig that has no inside.
+//
+// Propagation (closed-form, information flow) is not used: holes in a crown are islands that it does not reach, while
+// the colour line needs no neighbours. Colours are the encoded ones, as everywhere in voltree: alpha and F put over B
+// give the photograph back. F of the result comes from foreground.c.
+//
+// What goes wrong: parts of the plant in the colour of the backdrop are lost, above all the shade of a dense crown
+// before black cloth; sharp-edged things that do not belong to the backdrop stay, and are left to the hull of all
+// views.
 #include "capture/backdrop_model.h"
 #include "capture/matte.h"
 #include "capture/spread.h"
@@ -40,7 +47,7 @@ typedef struct matte {
   uint8_t *trimap;
   uint8_t *contrast;
   uint8_t *mask, *scratch;
-  uint32_t *stack;         // of pixels, for components
+  uint32_t *stack; // of pixels, for components
 } matte;
 
 static void measure(const vt_backdrop *backdrop, matte *m) {
@@ -182,11 +189,17 @@ static void keep_insides(matte *m) {
     }
 }
 
-// Before a bright backdrop a pixel of the plant that is near B is a gap; before a dark one it may as well be shade, which
-// has to stay solid.
-static bool is_gap_rather_than_shade(const uint8_t *i, const uint8_t *b) {
+// A pixel darker than B, where B is bright: if it is near B it is a gap of the plant. (Before a dark backdrop it may
+// as well be shade, which has to stay solid.)
+static bool is_before_brightness(const uint8_t *i, const uint8_t *b) {
   int backdrop = b[0] + b[1] + b[2];
   return backdrop > 3 * 90 && i[0] + i[1] + i[2] < backdrop;
+}
+
+// A pixel darker than a dark B: a fold or a cable, not what a plant begins with.
+static bool is_darker_than_dark(const uint8_t *i, const uint8_t *b) {
+  int backdrop = b[0] + b[1] + b[2];
+  return backdrop <= 3 * 90 && i[0] + i[1] + i[2] < backdrop;
 }
 
 // Marks in mask, and counts, what is unmixed by its place: a blurred edge has half of the contrast beside it where the
@@ -197,8 +210,9 @@ static size_t mark_thick(matte *m, const vt_image *b) {
   measure_contrast(m, b);
   find_peaks(m);
   for (size_t p = 0; p < m->count; p++) {
-    bool gap = is_gap_rather_than_shade(m->rgb->pixels + p * 3, b->pixels + p * 3);
-    int here = m->contrast[p] < LEAST ? 0 : m->contrast[p], peak = m->scratch[p];
+    const uint8_t *i = m->rgb->pixels + p * 3, *back = b->pixels + p * 3;
+    bool gap = is_before_brightness(i, back);
+    int here = m->contrast[p] < LEAST || is_darker_than_dark(i, back) ? 0 : m->contrast[p], peak = m->scratch[p];
     m->mask[p] = !here || 100 * here < (gap ? 80 : 50) * peak;
     if (gap && m->mask[p] && m->trimap[p] == CORE) m->trimap[p] = INSIDE;
     bool shade = !gap && here && 4 * here >= peak && m->trimap[p] >= INSIDE;
@@ -212,8 +226,8 @@ static size_t mark_thick(matte *m, const vt_image *b) {
   return count;
 }
 
-// F: the plant's unmixed colours, spread. A twig too thin for an inside is unmixed at its peak if that is far enough on
-// the line to the colour of the thick parts near it.
+// F: the plant's unmixed colours, spread. A twig too thin for an inside is unmixed at its peak if that is far enough
+// on the line to the colour of the thick parts near it.
 static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, vt_image *out) {
   vt_image thick = {0};
   size_t count = mark_thick(m, b);
@@ -222,7 +236,7 @@ static vt_status spread_plant(vt_context *context, matte *m, const vt_image *b, 
   for (size_t p = 0; p < m->count; p++) {
     if (m->mask[p] || m->trimap[p] != PLANT || !m->contrast[p]) continue;
     const uint8_t *i = m->rgb->pixels + p * 3, *back = b->pixels + p * 3;
-    float enough = is_gap_rather_than_shade(i, back) ? 0.8f : 0.55f;
+    float enough = is_before_brightness(i, back) ? 0.8f : 0.55f;
     m->mask[p] = !count || on_colour_line(i, back, thick.pixels + p * 3) > enough;
   }
   vt_free_image(context, &thick);

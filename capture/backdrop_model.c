@@ -2,27 +2,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Two steps. A first surface B(x,y), a quadratic polynomial per channel, is fitted by iteratively reweighted least
-// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture, or for a sky
-// the bright pixels of the upper half. Then the picture is cut into tiles, and each tile holds the mean and covariance
-// of those of its pixels that resemble its own or a neighbour's model. Repeated, that lets the backdrop follow folds,
-// seams and soft glows from tile to tile, while it cannot step over the sharp edge of a plant.
-// The covariance says by itself which way a backdrop varies: cloth in lightness, hardly in chroma; so a plant as dark as
+// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture, or for a
+// sky the bright pixels of the upper half. Then the picture is cut into tiles, and each tile holds the mean and
+// covariance of those of its pixels that resemble its own or a neighbour's model. Repeated, that lets the backdrop
+// follow folds, seams and soft glows from tile to tile, while it cannot step over the sharp edge of a plant. The
+// covariance says by itself which way a backdrop varies: cloth in lightness, hardly in chroma; so a plant as dark as
 // the cloth is still far from it if its hue differs, and no hue has to be known beforehand.
-// What goes wrong: a plant that covers most of the border is taken for the backdrop, and parts of a plant that have the
-// colour of the backdrop are lost.
+// What goes wrong: a plant that covers most of the border is taken for the backdrop, and parts of a plant that have
+// the colour of the backdrop are lost.
 #include "capture/backdrop_model.h"
 #include <math.h>
 #include <string.h>
 
 enum { TERMS = 6, ROUNDS = 12, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared pixels of a tile are looked at
-#define NOISE 1.6f       // of a camera, standard deviation in levels; floor of every covariance
-#define SHADING 10.0f    // levels by which folds change a cloth along its own colour, at most; as much as at the border
+#define NOISE 1.6f    // of a camera, standard deviation in levels; floor of every covariance
+#define SHADING 10.0f // levels by which folds change a cloth along its own colour, at most; as much as at the border
 #define LEAST_SHADING 3.0f
-#define INSIDE 3.0f      // a pixel within so many standard deviations is backdrop
-#define CORE 0.7         // share of a tile's backdrop that its model is drawn from
-#define CORE_SCALE 1.7f  // variance of a 3-D normal distribution over that of its likest 70 %
-#define ENOUGH 0.3f      // share of a tile's pixels from which a model is drawn
-#define MOSTLY 0.5f      // share from which a tile joins its neighbours' backdrop
+#define INSIDE 3.0f     // a pixel within so many standard deviations is backdrop
+#define CORE 0.7        // share of a tile's backdrop that its model is drawn from
+#define CORE_SCALE 1.7f // variance of a 3-D normal distribution over that of its likest 70 %
+#define ENOUGH 0.3f     // share of a tile's pixels from which a model is drawn
+#define MOSTLY 0.5f     // share from which a tile joins its neighbours' backdrop
 
 typedef struct sample {
   float colour[3];
@@ -74,7 +74,9 @@ static float quantile(float *values, size_t count, double share) {
   return values[(size_t)(share * (double)(count - 1))];
 }
 
-static float luma(const float colour[3]) { return 0.299f * colour[0] + 0.587f * colour[1] + 0.114f * colour[2]; }
+static float luma(const float colour[3]) {
+  return 0.299f * colour[0] + 0.587f * colour[1] + 0.114f * colour[2];
+}
 
 // True if the row (or column) `at` is one colour but for a few pixels, that of its first pixel.
 static bool is_bar(const vt_image *rgb, bool row, int at, const uint8_t colour[3], int *other_count) {
@@ -122,7 +124,7 @@ static vt_status take_samples(vt_context *context, vt_matte_mode mode, const vt_
   if (step < 1) step = 1;
   size_t columns = (size_t)((width + step - 1) / step), rows = (size_t)((height + step - 1) / step);
   sample *samples = VT_NEW(context, sample, columns * rows);
-  float *lumas = VT_NEW(context, float, columns * rows);
+  float *lumas = VT_NEW(context, float, columns *rows);
   *out = samples;
   *count = columns * rows;
   if (!samples || !lumas) {
@@ -220,18 +222,20 @@ static void invert(const float s[6], float inverse[6]) {
   inverse[5] = (s[0] * s[3] - s[1] * s[1]) * f;
 }
 
-// Gives a tile its covariance. It gets floors, and must not vary more than the backdrop as a whole does in any way: it would
-// grow into leaves, whose colours are spread evenly.
+// Gives a tile its covariance. It gets floors, and must not vary more than the backdrop as a whole does in any way:
+// it would grow into leaves, whose colours are spread evenly.
 static void set_covariance(vt_backdrop_tile *tile, const float covariance[6], const variation *whole) {
   const float *m = tile->mean, *w = whole->inverse;
   float length = sqrtf(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]) + 1, s[6];
   float ratio = (w[0] * covariance[0] + w[3] * covariance[3] + w[5] * covariance[5] +
-                 2 * (w[1] * covariance[1] + w[2] * covariance[2] + w[4] * covariance[4])) / 3;
+                 2 * (w[1] * covariance[1] + w[2] * covariance[2] + w[4] * covariance[4])) /
+                3;
   float shrink = ratio > 1 ? 1 / ratio : 1;
   for (int i = 0, k = 0; i < 3; i++)
     for (int j = i; j < 3; j++, k++) {
       float along = (m[i] + 0.577f) / length * (m[j] + 0.577f) / length;
-      s[k] = shrink * covariance[k] + 0.1f * whole->covariance[k] + whole->shading * along + (i == j ? NOISE * NOISE : 0);
+      s[k] =
+          shrink * covariance[k] + 0.1f * whole->covariance[k] + whole->shading * along + (i == j ? NOISE * NOISE : 0);
     }
   invert(s, tile->inverse);
 }
@@ -242,7 +246,8 @@ static inline float tile_distance2(const vt_backdrop_tile *tile, float r, float 
   return x * (s[0] * x + 2 * (s[1] * y + s[2] * z)) + y * (s[3] * y + 2 * s[4] * z) + s[5] * z * z;
 }
 
-static float nearest_distance2(const vt_backdrop *backdrop, const uint8_t colour[3], int column, int row, bool only_known) {
+static float nearest_distance2(const vt_backdrop *backdrop, const uint8_t colour[3], int column, int row,
+                               bool only_known) {
   float r = colour[0], g = colour[1], b = colour[2], best = VT_FAR * VT_FAR;
   int left = column > 0 ? column - 1 : 0, right = column + 1 < backdrop->columns ? column + 1 : column;
   int top = row > 0 ? row - 1 : 0, bottom = row + 1 < backdrop->rows ? row + 1 : row;
@@ -260,11 +265,14 @@ float vt_backdrop_distance(const vt_backdrop *backdrop, const uint8_t colour[3],
   return sqrtf(nearest_distance2(backdrop, colour, x / backdrop->tile, y / backdrop->tile, false));
 }
 
-// Draws a tile's next model from those pixels in twice its edge that the present models explain, of these the likest CORE: a thin stem that crosses a tile is a minority there, and must not stretch the covariance until it fits.
+// Draws a tile's next model from those pixels, in it and a quarter around, that the present models explain, of
+// these the likest CORE: a thin stem that crosses a tile is a minority there, and must not stretch the covariance until
+// it fits.
 static void update_tile(const vt_backdrop *now, const vt_image *rgb, const variation *whole, int column, int row,
                         vt_backdrop_tile *out) {
   const vt_backdrop_tile *old = &now->tiles[(size_t)row * (size_t)now->columns + (size_t)column];
-  int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin, edge = now->tile + 2 * margin;
+  int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin,
+      edge = now->tile + 2 * margin;
   int x1 = x0 + edge < now->x1 ? x0 + edge : now->x1, y1 = y0 + edge < now->y1 ? y0 + edge : now->y1;
   if (x0 < now->x0) x0 = now->x0;
   if (y0 < now->y0) y0 = now->y0;
@@ -297,8 +305,7 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const varia
   for (int i = 0; i < 3; i++) out->mean[i] = (float)(sum[i] / n);
   float covariance[6]; // of the core of a normal distribution, scaled to the whole of it
   for (int i = 0, k = 0; i < 3; i++)
-    for (int j = i; j < 3; j++, k++)
-      covariance[k] = CORE_SCALE * (float)(square[k] / n - sum[i] * sum[j] / (n * n));
+    for (int j = i; j < 3; j++, k++) covariance[k] = CORE_SCALE * (float)(square[k] / n - sum[i] * sum[j] / (n * n));
   set_covariance(out, covariance, whole);
 }
 
@@ -331,8 +338,7 @@ static void fill_unknown(vt_backdrop *backdrop, vt_backdrop_tile *scratch, const
 }
 
 // Tiles that follow the first surface, all with the covariance of its residuals.
-static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][3],
-                        const variation *whole) {
+static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][3], const variation *whole) {
   for (int row = 0; row < backdrop->rows; row++)
     for (int column = 0; column < backdrop->columns; column++) {
       vt_backdrop_tile *tile = &backdrop->tiles[(size_t)row * (size_t)backdrop->columns + (size_t)column];
@@ -355,7 +361,8 @@ static variation measure_variation(const sample *samples, size_t count, const do
     total += (double)samples[s].weight;
     for (int i = 0, k = 0; i < 3; i++)
       for (int j = i; j < 3; j++, k++)
-        sum[k] += (double)samples[s].weight * (double)(samples[s].colour[i] - b[i]) * (double)(samples[s].colour[j] - b[j]);
+        sum[k] +=
+            (double)samples[s].weight * (double)(samples[s].colour[i] - b[i]) * (double)(samples[s].colour[j] - b[j]);
   }
   variation whole;
   float padded[6];

@@ -1,8 +1,8 @@
 // child_process.c - running another program and reading what it says
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The program gets a process group of its own: a Ctrl-C at the terminal reaches us alone, and we end the program with all
-// that it started. If we die without that, its next line meets a broken pipe.
+// The program gets a process group of its own: a Ctrl-C at the terminal reaches us alone, and we end the program with
+// all that it started. If we die without that, its next line meets a broken pipe.
 #include "capture/child_process.h"
 #include <errno.h>
 #include <fcntl.h>
@@ -59,8 +59,10 @@ destroy_actions:
   posix_spawn_file_actions_destroy(&actions);
 close_ends:
   close(ends[1]);
-  if (error) close(ends[0]);
-  else *output = ends[0];
+  if (error)
+    close(ends[0]);
+  else
+    *output = ends[0];
   return error;
 }
 
@@ -72,10 +74,13 @@ static void end_line(line_buffer *buffer, FILE *log, vt_line_function hear, void
   if (hear) hear(user, buffer->text);
 }
 
-static void take_bytes(line_buffer *buffer, const char *bytes, size_t count, FILE *log, vt_line_function hear, void *user) {
+static void take_bytes(line_buffer *buffer, const char *bytes, size_t count, FILE *log, vt_line_function hear,
+                       void *user) {
   for (size_t i = 0; i < count; i++) {
-    if (bytes[i] == '\n' || bytes[i] == '\r' || bytes[i] == 0) end_line(buffer, log, hear, user);
-    else buffer->text[buffer->length++] = bytes[i];
+    if (bytes[i] == '\n' || bytes[i] == '\r' || bytes[i] == 0)
+      end_line(buffer, log, hear, user);
+    else
+      buffer->text[buffer->length++] = bytes[i];
     if (buffer->length == LINE - 1) end_line(buffer, log, hear, user);
   }
 }
@@ -142,6 +147,8 @@ vt_status vt_run_program(vt_context *context, char *const arguments[], FILE *log
     stop(pid, &wait_status);
     return vt_fail(context, status, "%s: interrupted", arguments[0]);
   }
-  *exit_code = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status) : 1;
+  *exit_code = WIFEXITED(wait_status)     ? WEXITSTATUS(wait_status)
+               : WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status)
+                                          : 1;
   return *exit_code == 127 ? VT_MISSING_PROGRAM : VT_OK; // a system whose posix_spawn cannot say it otherwise
 }

@@ -13,9 +13,9 @@ extern "C" {
 typedef void (*vt_line_function)(void *user, const char *line); // without its newline
 
 // Runs arguments[0], found on PATH, with no input and no display, and waits for its end; every line that it writes to
-// its output or its errors goes to `hear` and, unless it is NULL, to `log`. *exit_code is 128 + the signal's number if a
-// signal ended it. VT_MISSING_PROGRAM (without a sentence) if there is no such program; VT_CANCELLED after the program
-// and what it started were ended; VT_FAILED naming it.
+// its output or its errors goes to `hear` and, unless it is NULL, to `log`. *exit_code is 128 + the signal's number
+// if a signal ended it. VT_MISSING_PROGRAM (without a sentence) if there is no such program; VT_CANCELLED after the
+// program and what it started were ended; VT_FAILED naming it.
 vt_status vt_run_program(vt_context *, char *const arguments[], FILE *log, vt_line_function hear, void *user,
                          int *exit_code);
 

@@ -1,12 +1,13 @@
 // colmap_run.c - calibration of photographs by the colmap program
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// feature_extractor, a matcher, mapper (Schoenberger, Frahm, "Structure-from-motion revisited", CVPR 2016), on the CPU
-// and without a display. Few photographs are matched each with each; many are taken for a walk around the tree and matched
-// with their successors, at growing steps. What fails is tried again with more: each with each, then guided matching and an
-// easier first pair (a small angle between the first two views, few inliers), which thin plants before cloth need. The
-// model with most photographs of all attempts is kept. Options moved between versions: those of `colmap
-// feature_extractor -h` decide (use_gpu is in SiftExtraction up to 3.12, in FeatureExtraction since).
+// feature_extractor, a matcher, mapper (Schoenberger, Frahm, "Structure-from-motion revisited", CVPR 2016), on the
+// CPU and without a display. Few photographs are matched each with each; many are taken for a walk around the tree
+// and matched with their successors, at growing steps. What fails is tried again with more: each with each, then
+// guided matching and an easier first pair (a small angle between the first two views, few inliers), which thin
+// plants before cloth need. The model with most photographs of all attempts is kept. Options moved between versions:
+// those of `colmap feature_extractor -h` decide (use_gpu is in SiftExtraction up to 3.12, in FeatureExtraction
+// since).
 // What goes wrong: photographs of different focal lengths but one size share a camera here.
 #include "capture/colmap_run.h"
 #include "base/image_file.h"
@@ -50,7 +51,8 @@ static void hear_options(void *user, const char *line) {
 }
 
 static void keep_last(colmap *c, const char *line) {
-  bool words = false, error = strstr(line, "rror") || strstr(line, "ailed") || strstr(line, "ERROR") || strstr(line, "Invalid");
+  bool words = false,
+       error = strstr(line, "rror") || strstr(line, "ailed") || strstr(line, "ERROR") || strstr(line, "Invalid");
   for (const char *p = line; *p; p++) words = words || isalpha((unsigned char)*p);
   if (!words || (c->last_is_error && !error)) return;
   c->last_is_error = error;
@@ -70,7 +72,8 @@ static void hear_progress(void *user, const char *line) {
   else if ((at = strstr(line, "Matching image [")) && sscanf(at, "Matching image [%d/%d", &done, &all) == 2 && all > 0)
     vt_progress(c->context, "matching", (done - 1.0) / all);
   else if (strstr(line, "Registering image #") && c->photograph_count > 0)
-    vt_progress(c->context, "mapping", c->registered < c->photograph_count ? (double)c->registered++ / c->photograph_count : 0.999);
+    vt_progress(c->context, "mapping",
+                c->registered < c->photograph_count ? (double)c->registered++ / c->photograph_count : 0.999);
   keep_last(c, line);
 }
 
@@ -87,10 +90,11 @@ static void add(arguments *a, ...) { // strings, the last NULL
 }
 
 static vt_status fail_missing(colmap *c) {
-  return vt_fail(c->context, VT_MISSING_PROGRAM,
-                 "%s: this program, which finds the cameras, was not found; install it (apt-get install colmap), name it "
-                 "with --colmap, or give photographs with cameras (transforms.json or a COLMAP model in sparse/0)",
-                 c->program);
+  return vt_fail(
+      c->context, VT_MISSING_PROGRAM,
+      "%s: this program, which finds the cameras, was not found; install it (apt-get install colmap), name it "
+      "with --colmap, or give photographs with cameras (transforms.json or a COLMAP model in sparse/0)",
+      c->program);
 }
 
 // Runs one command. *exit_code tells how it ended.
@@ -121,9 +125,10 @@ static vt_status probe(colmap *c) {
   vt_status status = vt_run_program(c->context, command, c->log, hear_options, c, &exit_code);
   if (status == VT_MISSING_PROGRAM) return fail_missing(c);
   if (status == VT_OK && !c->registered)
-    return vt_fail(c->context, VT_MISSING_PROGRAM,
-                   "%s: this is not COLMAP, or it cannot run here (feature_extractor -h ended with code %d); try it by hand",
-                   c->program, exit_code);
+    return vt_fail(
+        c->context, VT_MISSING_PROGRAM,
+        "%s: this is not COLMAP, or it cannot run here (feature_extractor -h ended with code %d); try it by hand",
+        c->program, exit_code);
   return status;
 }
 
@@ -136,7 +141,8 @@ static vt_status extract(colmap *c) {
   arguments a = {{0}, 0};
   int exit_code = 0;
   add(&a, c->program, "feature_extractor", "--image_path", c->images, "--image_list_path", c->list,
-      "--ImageReader.camera_model", "SIMPLE_RADIAL", c->cameras, "1", "--SiftExtraction.max_num_features", "4096", NULL);
+      "--ImageReader.camera_model", "SIMPLE_RADIAL", c->cameras, "1", "--SiftExtraction.max_num_features", "4096",
+      NULL);
   add(&a, c->new_options ? "--FeatureExtraction.use_gpu" : "--SiftExtraction.use_gpu", "0", NULL);
   add(&a, c->new_options ? "--FeatureExtraction.num_threads" : "--SiftExtraction.num_threads", c->threads, NULL);
   add_common(c, &a);
@@ -150,9 +156,12 @@ static vt_status match(colmap *c, bool all_pairs, bool guided) {
   const char *step = all_pairs ? "exhaustive_matcher" : "sequential_matcher";
   add(&a, c->program, step, c->new_options ? "--FeatureMatching.use_gpu" : "--SiftMatching.use_gpu", "0", NULL);
   add(&a, c->new_options ? "--FeatureMatching.num_threads" : "--SiftMatching.num_threads", c->threads, NULL);
-  if (!all_pairs) add(&a, "--SequentialMatching.overlap", "10", NULL);
-  else add(&a, "--ExhaustiveMatching.block_size", c->photograph_count <= 100 ? "10" : "50", NULL); // steps of progress
-  if (guided) add(&a, c->new_options ? "--FeatureMatching.guided_matching" : "--SiftMatching.guided_matching", "1", NULL);
+  if (!all_pairs)
+    add(&a, "--SequentialMatching.overlap", "10", NULL);
+  else
+    add(&a, "--ExhaustiveMatching.block_size", c->photograph_count <= 100 ? "10" : "50", NULL); // steps of progress
+  if (guided)
+    add(&a, c->new_options ? "--FeatureMatching.guided_matching" : "--SiftMatching.guided_matching", "1", NULL);
   add_common(c, &a);
   vt_status status = run(c, &a, "matching", &exit_code);
   return status == VT_OK && exit_code ? fail_step(c, step, exit_code) : status;
@@ -173,8 +182,8 @@ static vt_status map(colmap *c, bool easier, const char *folder) {
   add(&a, c->program, "mapper", "--image_path", c->images, "--output_path", folder, "--Mapper.min_model_size", "3",
       "--Mapper.num_threads", c->threads, NULL);
   if (easier)
-    add(&a, "--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50", "--Mapper.abs_pose_min_num_inliers",
-        "15", NULL);
+    add(&a, "--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50",
+        "--Mapper.abs_pose_min_num_inliers", "15", NULL);
   add_common(c, &a);
   c->registered = 0;
   vt_status status = run(c, &a, "mapping", &exit_code);
@@ -357,12 +366,13 @@ static vt_status prepare(colmap *c, const char *folder, const vt_names *names, c
   return status == VT_OK && !c->images ? VT_OUT_OF_MEMORY : status;
 }
 
-vt_status vt_run_colmap(vt_context *context, const vt_capture_desc *desc, const char *image_folder, const vt_names *names,
-                        const char *workspace) {
+vt_status vt_run_colmap(vt_context *context, const vt_capture_desc *desc, const char *image_folder,
+                        const vt_names *names, const char *workspace) {
   VT_ASSERT(desc->cookie == VT_COOKIE);
   if (names->count < 3)
-    return vt_fail(context, VT_TOO_FEW_VIEWS, "%s: %d photographs; give at least 3, better 40 or more all around the tree",
-                   image_folder, names->count);
+    return vt_fail(context, VT_TOO_FEW_VIEWS,
+                   "%s: %d photographs; give at least 3, better 40 or more all around the tree", image_folder,
+                   names->count);
   colmap c = {.context = context, .program = desc->colmap ? desc->colmap : "colmap", .photograph_count = names->count};
   snprintf(c.seed, sizeof c.seed, "%u", desc->seed & 0x7fffffffu);
   snprintf(c.threads, sizeof c.threads, "%d", vt_thread_count(context));
@@ -371,10 +381,11 @@ vt_status vt_run_colmap(vt_context *context, const vt_capture_desc *desc, const 
   vt_status status = prepare(&c, image_folder, names, workspace);
   if (status == VT_OK) status = try_all(&c, workspace, &best, &best_count);
   if (status == VT_OK && best_count < 3)
-    status = vt_fail(context, VT_TOO_FEW_VIEWS,
-                     "%s: only %d of %d photographs could be related to each other; take more of them, with more overlap "
-                     "(a step of at most 10 degrees), sharp, and with something textured that stands still beside the tree",
-                     image_folder, best_count, names->count);
+    status =
+        vt_fail(context, VT_TOO_FEW_VIEWS,
+                "%s: only %d of %d photographs could be related to each other; take more of them, with more overlap "
+                "(a step of at most 10 degrees), sharp, and with something textured that stands still beside the tree",
+                image_folder, best_count, names->count);
   if (status == VT_OK) status = keep_model(&c, workspace, best);
   if (c.log) fclose(c.log);
   vt_free(context, best);

@@ -1,15 +1,15 @@
 // foreground.c - colours of the plant where the backdrop shines through
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Given I and alpha, finds F and B of I = alpha F + (1-alpha) B that are smooth where alpha changes: they minimise over
-// the pixels i with 0 < alpha < 1 and their four neighbours j
+// Given I and alpha, finds F and B of I = alpha F + (1-alpha) B that are smooth where alpha changes: they minimise
+// over the pixels i with 0 < alpha < 1 and their four neighbours j
 //   (alpha_i F_i + (1-alpha_i) B_i - I_i)^2 + sum_j (epsilon + omega |alpha_i - alpha_j|) ((F_i-F_j)^2 + (B_i-B_j)^2)
 // per channel, each pixel in turn a 2x2 system (Germer, Uelwer, Conrad, Harmeling, "Fast multi-level foreground
-// estimation", ICPR 2020). They solve it on a pyramid of reduced pictures; for thin twigs the upper levels have alpha near 0
-// everywhere, and F there is noise divided by alpha. Here the far range comes from spreading the colours of opaque pixels
-// (F) and of clear ones (B) by pull and push instead, and only the pixels between are iterated.
-// The colour of an opaque pixel is never changed. Pixels of alpha 0 get the colour of the plant near them, so that bilinear
-// sampling later never meets the backdrop. What goes wrong: a mask that is too large keeps its rim of backdrop.
+// estimation", ICPR 2020). They solve it on a pyramid of reduced pictures; for thin twigs the upper levels have alpha
+// near 0 everywhere, and F there is noise divided by alpha. Here the far range comes from spreading the colours of
+// opaque pixels (F) and of clear ones (B) by pull and push instead, and only the pixels between are iterated.
+// The colour of an opaque pixel is never changed. Pixels of alpha 0 get the colour of the plant near them, so that
+// bilinear sampling later never meets the backdrop. What goes wrong: a mask that is too large keeps its rim of backdrop.
 #include "capture/matte.h"
 #include "capture/spread.h"
 #include <string.h>

@@ -96,8 +96,10 @@ vt_status vt_spread_colours(vt_context *context, const vt_image *rgb, const uint
       status = VT_OUT_OF_MEMORY;
       break;
     }
-    if (count == 0) pull_pixels(rgb, known, &levels[0]);
-    else pull_cells(&levels[count - 1], &levels[count]);
+    if (count == 0)
+      pull_pixels(rgb, known, &levels[0]);
+    else
+      pull_cells(&levels[count - 1], &levels[count]);
     normalise(&levels[count]);
   }
   if (status == VT_OK) {

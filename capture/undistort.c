@@ -2,16 +2,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Size, focal lengths and centre stay, unless the pinhole camera would then see what the photograph does not show (a
-// pincushion lens): its view is narrowed until all of its border lies in the photograph. A black border would otherwise
-// count as a backdrop seen, and the hull would be carved by it. Beyond the radius where a polynomial lens model turns back
-// it says nothing, so the border must also lie before that.
+// pincushion lens): its view is narrowed until all of its border lies in the photograph. A black border would
+// otherwise count as a backdrop seen, and the hull would be carved by it. Beyond the radius where a polynomial lens
+// model turns back it says nothing, so the border must also lie before that.
 #include "capture/lens.h"
 #include "capture/vision.h"
 #include <math.h>
 #include <string.h>
 
 enum { SIDE = 33, POINTS = 4 * SIDE, LARGEST = 32766 }; // border points of a side; edge that OpenCV can resample
-#define STEP 1.01                                      // of the focal length, from one trial to the next
+#define STEP 1.01                                       // of the focal length, from one trial to the next
 #define NARROWEST 8.0
 
 // True if all of the border of the pinhole view, and what is just inside of it, is in the photograph, in that order.
@@ -30,7 +30,8 @@ static vt_status border_is_seen(vt_context *context, const vt_lens *lens, const 
   *seen = true;
   for (int i = 0; status == VT_OK && i < POINTS; i++) {
     double x = pixels[2 * i][0], y = pixels[2 * i][1];
-    double outer = hypot(x - lens->cx, y - lens->cy), inner = hypot(pixels[2 * i + 1][0] - lens->cx, pixels[2 * i + 1][1] - lens->cy);
+    double outer = hypot(x - lens->cx, y - lens->cy),
+           inner = hypot(pixels[2 * i + 1][0] - lens->cx, pixels[2 * i + 1][1] - lens->cy);
     *seen = *seen && x > -0.5 && y > -0.5 && x < lens->width + 0.5 && y < lens->height + 0.5 && outer > inner;
   }
   return status;
@@ -41,11 +42,13 @@ vt_status vt_undistort_image(vt_context *context, const vt_lens *lens, const vt_
   VT_ASSERT(in->channels == 3 || in->channels == 4);
   memset(out, 0, sizeof *out);
   if (in->width != lens->width || in->height != lens->height)
-    return vt_fail(context, VT_BAD_INPUT, "undistortion: a photograph of %d x %d has a camera of %d x %d; give the "
-                   "photographs that were calibrated", in->width, in->height, lens->width, lens->height);
+    return vt_fail(context, VT_BAD_INPUT,
+                   "undistortion: a photograph of %d x %d has a camera of %d x %d; give the "
+                   "photographs that were calibrated",
+                   in->width, in->height, lens->width, lens->height);
   if (in->width > LARGEST || in->height > LARGEST)
-    return vt_fail(context, VT_BAD_INPUT, "undistortion: a photograph of %d x %d is too large; reduce it below %d", in->width,
-                   in->height, LARGEST);
+    return vt_fail(context, VT_BAD_INPUT, "undistortion: a photograph of %d x %d is too large; reduce it below %d",
+                   in->width, in->height, LARGEST);
   vt_camera camera = *inout_camera;
   camera.width = lens->width, camera.height = lens->height;
   camera.fx = lens->fx, camera.fy = lens->fy, camera.cx = lens->cx, camera.cy = lens->cy;
@@ -56,12 +59,15 @@ vt_status vt_undistort_image(vt_context *context, const vt_lens *lens, const vt_
     status = border_is_seen(context, lens, &camera, &seen);
   }
   if (status == VT_OK && !seen)
-    status = vt_fail(context, VT_BAD_INPUT, "undistortion: the lens model bends the whole picture away; calibrate it again");
+    status =
+        vt_fail(context, VT_BAD_INPUT, "undistortion: the lens model bends the whole picture away; calibrate it again");
   if (status == VT_OK) status = vt_make_image(context, camera.width, camera.height, in->channels, out);
   if (status == VT_OK && straight)
     memcpy(out->pixels, in->pixels, (size_t)in->width * (size_t)in->height * (size_t)in->channels);
   if (status == VT_OK && !straight) status = vt_resample_picture(context, lens, in, &camera, out);
-  if (status == VT_OK) *inout_camera = camera;
-  else vt_free_image(context, out);
+  if (status == VT_OK)
+    *inout_camera = camera;
+  else
+    vt_free_image(context, out);
   return status;
 }

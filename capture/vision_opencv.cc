@@ -33,15 +33,18 @@ template <class Work> vt_status guarded(vt_context *context, Work work) {
 
 } // namespace
 
-vt_status vt_distort_points(vt_context *context, const vt_lens *lens, int count, const double *rays_xy, double *pixels_xy) {
+vt_status vt_distort_points(vt_context *context, const vt_lens *lens, int count, const double *rays_xy,
+                            double *pixels_xy) {
   return guarded(context, [&] {
     const cv::Vec3d none(0, 0, 0);
     const cv::Matx33d camera = matrix_of(lens->fx, lens->fy, lens->cx, lens->cy);
     std::vector<cv::Point3d> rays;
     for (int i = 0; i < count; i++) rays.emplace_back(rays_xy[2 * i], rays_xy[2 * i + 1], 1.0);
     std::vector<cv::Point2d> pixels;
-    if (lens->model == VT_LENS_FISHEYE) cv::fisheye::projectPoints(rays, pixels, none, none, camera, coefficients_of(lens));
-    else cv::projectPoints(rays, none, none, camera, coefficients_of(lens), pixels);
+    if (lens->model == VT_LENS_FISHEYE)
+      cv::fisheye::projectPoints(rays, pixels, none, none, camera, coefficients_of(lens));
+    else
+      cv::projectPoints(rays, none, none, camera, coefficients_of(lens), pixels);
     for (int i = 0; i < count; i++) {
       pixels_xy[2 * i] = pixels[static_cast<size_t>(i)].x + 0.5;
       pixels_xy[2 * i + 1] = pixels[static_cast<size_t>(i)].y + 0.5;
@@ -58,7 +61,8 @@ vt_status vt_resample_picture(vt_context *context, const vt_lens *lens, const vt
     cv::Mat x, y;
     if (lens->model == VT_LENS_FISHEYE)
       cv::fisheye::initUndistortRectifyMap(from, coefficients_of(lens), cv::Matx33d::eye(), to, size, CV_32FC1, x, y);
-    else cv::initUndistortRectifyMap(from, coefficients_of(lens), cv::Matx33d::eye(), to, size, CV_32FC1, x, y);
+    else
+      cv::initUndistortRectifyMap(from, coefficients_of(lens), cv::Matx33d::eye(), to, size, CV_32FC1, x, y);
     const cv::Mat source(in->height, in->width, CV_8UC(in->channels), in->pixels);
     cv::Mat target(out->height, out->width, CV_8UC(out->channels), out->pixels);
     cv::remap(source, target, x, y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);

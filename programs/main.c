@@ -60,7 +60,7 @@ static int run_verb(const vt_verb *verb, int count, char **words) {
   vt_status status = vt_parse_arguments(verb, count, words, &session.arguments);
   if (status) {
     fprintf(stderr, "voltree: %s\n", session.arguments.problem);
-    return status;
+    return (int)status;
   }
   if (session.arguments.help) {
     vt_print_help(stdout, verb);
@@ -91,7 +91,7 @@ static int run_verb(const vt_verb *verb, int count, char **words) {
   if (status && session.context) vt_log(session.context, VT_LOG_QUIET, "voltree: %s", problem); // clears a progress bar
   else if (status) fprintf(stderr, "voltree: %s\n", problem);
   vt_end_session(&session);
-  return status;
+  return (int)status;
 }
 
 int main(int count, char **words) {

@@ -3,6 +3,8 @@
 #ifndef VT_TESTS_PROGRAM_RUN_H
 #define VT_TESTS_PROGRAM_RUN_H
 
+#include "tests/unit.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>

@@ -34,8 +34,9 @@ static double from_segment(double x, double y, const double s[4], double *t) {
 // A plant of a stem cut by the lower edge, twigs down to a pixel's width, and leaves. Its colour, or false.
 static bool plant_at(double x, double y, double colour[3]) {
   static const double twigs[][6] = {// x0 y0 x1 y1, half width at both ends
-                                    {240, 400, 250, 40, 6, 1.6},  {244, 300, 330, 250, 2.0, 1.0}, {246, 240, 150, 180, 1.6, 0.8},
-                                    {248, 180, 320, 120, 1.2, 0.5}, {249, 120, 190, 70, 0.9, 0.5}, {244, 330, 120, 320, 1.5, 1.0}};
+                                    {240, 400, 250, 40, 6, 1.6},    {244, 300, 330, 250, 2.0, 1.0},
+                                    {246, 240, 150, 180, 1.6, 0.8}, {248, 180, 320, 120, 1.2, 0.5},
+                                    {249, 120, 190, 70, 0.9, 0.5},  {244, 330, 120, 320, 1.5, 1.0}};
   static const double leaves[][4] = {// centre, half axes
                                      {345, 243, 24, 11}, {138, 175, 20, 9}, {330, 112, 16, 8}, {180, 64, 14, 7},
                                      {100, 320, 30, 12}, {250, 30, 9, 13},  {300, 340, 40, 16}};
@@ -57,12 +58,19 @@ static bool plant_at(double x, double y, double colour[3]) {
 
 static void backdrop_at(scene s, double x, double y, double colour[3]) {
   double u = x / W, v = y / H;
-  double cloth = 30 + 14 * u - 10 * v + 6 * sin(9 * u + 5 * v) + (fabs(y - 210 - 0.1 * x) < 4 ? 10 : 0); // folds and a seam
+  double cloth =
+      30 + 14 * u - 10 * v + 6 * sin(9 * u + 5 * v) + (fabs(y - 210 - 0.1 * x) < 4 ? 10 : 0); // folds and a seam
   double paper = 236 - 22 * u * u - 12 * v;
   switch (s) {
-  case CLOTH: colour[0] = cloth + 2, colour[1] = cloth, colour[2] = cloth - 3; break;
-  case PAPER: colour[0] = paper, colour[1] = paper - 2, colour[2] = paper - 8; break;
-  case SKY: colour[0] = 120 + 90 * v, colour[1] = 165 + 60 * v, colour[2] = 225 + 20 * v; break;
+  case CLOTH:
+    colour[0] = cloth + 2, colour[1] = cloth, colour[2] = cloth - 3;
+    break;
+  case PAPER:
+    colour[0] = paper, colour[1] = paper - 2, colour[2] = paper - 8;
+    break;
+  case SKY:
+    colour[0] = 120 + 90 * v, colour[1] = 165 + 60 * v, colour[2] = 225 + 20 * v;
+    break;
   }
 }
 
@@ -104,7 +112,8 @@ static void judge(scene s, const char *name) {
   vt_context *context = make_context();
   truth t = make_truth(context, s);
   vt_image rgba = {0};
-  assert_int_equal(vt_matte_backdrop(context, s == SKY ? VT_MATTE_SKY : VT_MATTE_BACKDROP, &t.photo, "a.jpg", &rgba), VT_OK);
+  assert_int_equal(vt_matte_backdrop(context, s == SKY ? VT_MATTE_SKY : VT_MATTE_BACKDROP, &t.photo, "a.jpg", &rgba),
+                   VT_OK);
   double square = 0, bias = 0, band = 0, ours = 0, naive = 0, clear = 0, clear_zero = 0, solid = 0, solid_low = 0;
   int band_count = 0, colours = 0;
   for (size_t p = 0; p < W * H; p++) {
@@ -122,7 +131,8 @@ static void judge(scene s, const char *name) {
     }
   }
   double area = (double)W * H;
-  printf("%s: alpha MSE %.5f, bias %.5f, MSE where mixed %.4f, clear %.4f, solid lost %.4f, colour error %.1f instead of %.1f\n",
+  printf("%s: alpha MSE %.5f, bias %.5f, MSE where mixed %.4f, clear %.4f, solid lost %.4f, colour error %.1f instead "
+         "of %.1f\n",
          name, square / area, bias / area, band / band_count, clear_zero / clear, solid_low / solid, ours / colours / 3,
          naive / colours / 3);
   assert_true(square / area <= 2e-4);
@@ -137,9 +147,15 @@ static void judge(scene s, const char *name) {
   vt_destroy_context(context);
 }
 
-static void a_plant_before_dark_cloth_is_matted(void **state) { (void)state, judge(CLOTH, "cloth"); }
-static void a_plant_before_light_paper_is_matted(void **state) { (void)state, judge(PAPER, "paper"); }
-static void a_tree_before_the_sky_is_matted(void **state) { (void)state, judge(SKY, "sky"); }
+static void a_plant_before_dark_cloth_is_matted(void **state) {
+  (void)state, judge(CLOTH, "cloth");
+}
+static void a_plant_before_light_paper_is_matted(void **state) {
+  (void)state, judge(PAPER, "paper");
+}
+static void a_tree_before_the_sky_is_matted(void **state) {
+  (void)state, judge(SKY, "sky");
+}
 
 static void black_bars_beside_a_photograph_change_nothing_inside(void **state) {
   (void)state;
@@ -252,6 +268,7 @@ static void mattes_are_the_same_bits_each_time(void **state) {
   vt_destroy_context(context);
 }
 
+#ifdef VT_WITH_OPENIMAGEIO
 // A ray-traced crown of leaves, with its own exact alpha, put over each backdrop: most of it is holes and mixed pixels.
 // `light` is how much brighter than rendered it is lit.
 static void judge_crown(vt_context *context, const vt_image *rgba, scene s, const char *name, double light, double most,
@@ -265,11 +282,13 @@ static void judge_crown(vt_context *context, const vt_image *rgba, scene s, cons
       double back[3], a = rgba->pixels[p * 4 + 3] / 255.0;
       backdrop_at(s, x * (double)W / photo.width, y * (double)H / photo.height, back);
       for (int i = 0; i < 3; i++) {
-        double value = a * fmin(light * rgba->pixels[p * 4 + i], 255) + (1 - a) * back[i] + vt_random_between(&rng, -3, 3);
+        double value =
+            a * fmin(light * rgba->pixels[p * 4 + i], 255) + (1 - a) * back[i] + vt_random_between(&rng, -3, 3);
         photo.pixels[p * 3 + i] = (uint8_t)(value < 0 ? 0 : value > 255 ? 255 : value + 0.5);
       }
     }
-  assert_int_equal(vt_matte_backdrop(context, s == SKY ? VT_MATTE_SKY : VT_MATTE_BACKDROP, &photo, name, &found), VT_OK);
+  assert_int_equal(vt_matte_backdrop(context, s == SKY ? VT_MATTE_SKY : VT_MATTE_BACKDROP, &photo, name, &found),
+                   VT_OK);
   double square = 0, bias = 0, holes = 0, holes_found = 0;
   size_t count = (size_t)photo.width * (size_t)photo.height;
   for (size_t p = 0; p < count; p++) {
@@ -278,13 +297,15 @@ static void judge_crown(vt_context *context, const vt_image *rgba, scene s, cons
     bias += d;
     if (a < 0.5) holes++, holes_found += found.pixels[p * 4 + 3] < 128;
   }
-  printf("crown over %s: alpha MSE %.5f, bias %.5f, holes found %.4f\n", name, square / count, bias / count, holes_found / holes);
+  printf("crown over %s: alpha MSE %.5f, bias %.5f, holes found %.4f\n", name, square / count, bias / count,
+         holes_found / holes);
   assert_true(square / count <= most);
   assert_true(fabs(bias / count) <= most_bias);
   assert_true(holes_found / holes >= 0.9);
   vt_free_image(context, &photo);
   vt_free_image(context, &found);
 }
+#endif
 
 static void a_ray_traced_crown_is_matted(void **state) {
   (void)state;
@@ -305,7 +326,8 @@ static void a_ray_traced_crown_is_matted(void **state) {
 #endif
 }
 
-// The plant of the real photographs is a thin stem: no more than a few per cent of the picture, over most of its height.
+// The plant of the real photographs is a thin stem: no more than a few per cent of the picture, over most of its
+// height.
 static void a_real_plant_before_cloth_is_found(void **state) {
   (void)state;
 #ifndef VT_WITH_OPENIMAGEIO

@@ -1,7 +1,5 @@
 // test_program.c - the program from outside: help, exit codes, the whole way from synth to pictures
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tests/unit.h"
-
 #include "tests/program_run.h"
 
 static const char *const verbs[] = {"synth", "capture", "reconstruct", "compress", "evaluate",

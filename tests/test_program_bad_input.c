@@ -1,7 +1,5 @@
 // test_program_bad_input.c - whatever is wrong with the input: the right exit code, one sentence that names it, no output
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tests/unit.h"
-
 #include "tests/program_run.h"
 
 // Runs and expects: the exit code; exactly one line "voltree: what: why" on stderr, with `name` in it; no file "out" of any

@@ -142,7 +142,7 @@ rule_sizes() {
 
 rule_headers() {
   local cc=$1 cxx=${2:-} header warn='-Wall -Wextra -Werror -Wno-unused-function -Wno-unused-variable -Wno-missing-field-initializers'
-  local common='-fsyntax-only -I. -D_POSIX_C_SOURCE=200809L'
+  local common='-fsyntax-only -I. -D_POSIX_C_SOURCE=200809L -DVT_VERSION="" -DVT_PROGRAM="" -DVT_SOURCE_DIR="" -DVT_DATASETS_DIR=""'
   for header in $(sources h); do
     # shellcheck disable=SC2086
     $cc -std=c17 $common $warn -x c "$header" || breach "$header:1: does not compile alone as C17"
