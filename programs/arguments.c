@@ -105,7 +105,8 @@ static vt_status check_value(vt_arguments *arguments, const vt_option *option, c
   float colour[3];
   bool none;
   switch (option->kind) {
-  case VT_OPTION_FLAG: break;
+  case VT_OPTION_FLAG:
+    break;
   case VT_OPTION_TEXT:
     if (!*text) return complain(arguments, "--%s: its value is empty; give %s", option->name, option->value);
     break;

@@ -17,8 +17,8 @@ typedef enum vt_option_kind {
 } vt_option_kind;
 
 typedef struct vt_option {
-  const char *name;  // without the dashes; NULL ends a table
-  char letter;       // its short form, or 0
+  const char *name; // without the dashes; NULL ends a table
+  char letter;      // its short form, or 0
   vt_option_kind kind;
   const char *value; // what stands for the value in the help
   double low, high;  // of integers and numbers
@@ -37,7 +37,7 @@ typedef struct vt_verb {
   const char *name;
   const char *operands; // "PHOTOS|CAPTURE", one word for each
   const char *summary;
-  const char *notes;    // a paragraph for the help, or ""
+  const char *notes; // a paragraph for the help, or ""
   const char *example;
   int operand_count;
   const vt_option *tables[VT_MAX_TABLES]; // ended by NULL
@@ -51,7 +51,7 @@ typedef struct vt_arguments {
   const vt_option *options[VT_MAX_OPTIONS];
   const char *values[VT_MAX_OPTIONS]; // by option; NULL where not given; "" of a flag
   const char *operands[VT_MAX_OPERANDS];
-  char problem[600];                  // the sentence of an error, "what: why, and what to do"
+  char problem[600]; // the sentence of an error, "what: why, and what to do"
 } vt_arguments;
 
 // Reads the words behind the verb. GNU conventions: --name VALUE, --name=VALUE, -o VALUE, -oVALUE, -qv, -- ends the

@@ -75,8 +75,8 @@ vt_status vt_begin_sheet(vt_context *context, int count, int columns, int width,
   *out = (vt_sheet){.columns = columns, .cell_width = width, .cell_height = height};
   memcpy(out->background, background, sizeof out->background);
   int rows = (count + columns - 1) / columns;
-  vt_status status = vt_make_image(context, columns * (width + GAP) + GAP,
-                                   rows * (height + LABEL_HEIGHT + GAP) + GAP, 3, &out->image);
+  vt_status status =
+      vt_make_image(context, columns * (width + GAP) + GAP, rows * (height + LABEL_HEIGHT + GAP) + GAP, 3, &out->image);
   if (status) return status;
   size_t pixels = (size_t)out->image.width * (size_t)out->image.height;
   for (size_t i = 0; i < pixels; i++)

@@ -23,7 +23,8 @@ vt_status vt_put_on_sheet(vt_context *, vt_sheet *, const vt_fimage *, const cha
 vt_status vt_write_sheet(vt_context *, const vt_sheet *, const char *path);
 void vt_free_sheet(vt_context *, vt_sheet *);
 // Pictures of one height side by side over a background, as one file.
-vt_status vt_write_row(vt_context *, const vt_fimage *const *pictures, int count, const float background[3], const char *path);
+vt_status vt_write_row(vt_context *, const vt_fimage *const *pictures, int count, const float background[3],
+                       const char *path);
 // A label on an RGB picture, its top left corner at (x, y), `scale` pixels a dot.
 void vt_draw_label(vt_image *rgb, const char *label, int x, int y, int scale);
 

@@ -8,8 +8,9 @@
 #define FIRST_LEVEL 3
 #define CELL 320 // pixels of the longer side of a picture
 
-vt_status vt_write_level_sheet(vt_session *session, const vt_tree *tree, const vt_render_desc *given, vt_backend backend,
-                               const vt_camera *camera, const float background[3], const char *path) {
+vt_status vt_write_level_sheet(vt_session *session, const vt_tree *tree, const vt_render_desc *given,
+                               vt_backend backend, const vt_camera *camera, const float background[3],
+                               const char *path) {
   vt_context *context = session->context;
   int finest = vt_finest_level(tree), count = 0;
   VT_ASSERT(finest >= 0);
@@ -20,7 +21,8 @@ vt_status vt_write_level_sheet(vt_session *session, const vt_tree *tree, const v
   vt_renderer *renderer = NULL;
   vt_sheet sheet = {0};
   vt_status status = vt_create_renderer(context, tree, backend, &renderer);
-  if (!status) status = vt_begin_sheet(context, count, 4, width > 1 ? width : 1, height > 1 ? height : 1, background, &sheet);
+  if (!status)
+    status = vt_begin_sheet(context, count, 4, width > 1 ? width : 1, height > 1 ? height : 1, background, &sheet);
   for (int l = finest < FIRST_LEVEL ? 0 : FIRST_LEVEL; l <= finest && !status; l++) {
     if (tree->tiles[l].view_count == 0) continue;
     vt_render_desc desc = *given;

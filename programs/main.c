@@ -5,9 +5,9 @@
 #include <signal.h>
 #include <string.h>
 
-static const vt_verb *const verbs[] = {&vt_verb_synth,  &vt_verb_capture, &vt_verb_reconstruct, &vt_verb_compress,
-                                       &vt_verb_evaluate, &vt_verb_render, &vt_verb_play, &vt_verb_info, &vt_verb_export,
-                                       &vt_verb_bench};
+static const vt_verb *const verbs[] = {&vt_verb_synth,    &vt_verb_capture, &vt_verb_reconstruct, &vt_verb_compress,
+                                       &vt_verb_evaluate, &vt_verb_render,  &vt_verb_play,        &vt_verb_info,
+                                       &vt_verb_export,   &vt_verb_bench};
 #define VERB_COUNT ((int)(sizeof verbs / sizeof *verbs))
 
 static const vt_verb *find_verb(const char *name) {
@@ -18,20 +18,24 @@ static const vt_verb *find_verb(const char *name) {
 
 static void print_overview(FILE *file) {
   fputs("Usage: voltree VERB ...\n"
-        "Photographs of a tree in, a compact volumetric tree out.\n\nVerbs:\n", file);
+        "Photographs of a tree in, a compact volumetric tree out.\n\nVerbs:\n",
+        file);
   for (int i = 0; i < VERB_COUNT; i++) fprintf(file, "  %-12s %s\n", verbs[i]->name, verbs[i]->summary);
   fputs("\nvoltree VERB --help explains a verb; voltree --version tells the version.\n"
         "\nExample:\n  voltree reconstruct photos/ -o tree.vtree --holdout 8\n"
         "\nExit codes: 0 ok, 1 failed, 2 wrong command line, 3 unusable input, 4 too few photographs registered,\n"
-        "5 missing program, 6 over memory, 7 below a requested quality, 130 interrupted.\n", file);
+        "5 missing program, 6 over memory, 7 below a requested quality, 130 interrupted.\n",
+        file);
 }
 
 static int complain_verb(const char *name) {
   const char *names[VERB_COUNT];
   for (int i = 0; i < VERB_COUNT; i++) names[i] = verbs[i]->name;
   const char *nearest = vt_nearest_word(name, names, VERB_COUNT);
-  if (nearest) fprintf(stderr, "voltree: %s: unknown verb; did you mean %s? (voltree --help lists all)\n", name, nearest);
-  else fprintf(stderr, "voltree: %s: unknown verb; voltree --help lists all\n", name);
+  if (nearest)
+    fprintf(stderr, "voltree: %s: unknown verb; did you mean %s? (voltree --help lists all)\n", name, nearest);
+  else
+    fprintf(stderr, "voltree: %s: unknown verb; voltree --help lists all\n", name);
   return VT_BAD_USAGE;
 }
 
@@ -88,8 +92,10 @@ static int run_verb(const vt_verb *verb, int count, char **words) {
     snprintf(problem, sizeof problem, "standard output: cannot be written; look at where it goes");
     status = VT_FAILED;
   }
-  if (status && session.context) vt_log(session.context, VT_LOG_QUIET, "voltree: %s", problem); // clears a progress bar
-  else if (status) fprintf(stderr, "voltree: %s\n", problem);
+  if (status && session.context)
+    vt_log(session.context, VT_LOG_QUIET, "voltree: %s", problem); // clears a progress bar
+  else if (status)
+    fprintf(stderr, "voltree: %s\n", problem);
   vt_end_session(&session);
   return (int)status;
 }
@@ -108,8 +114,10 @@ int main(int count, char **words) {
   if (!strcmp(name, "--help") || !strcmp(name, "-h") || !strcmp(name, "help")) {
     const vt_verb *verb = count > 2 ? find_verb(words[2]) : NULL;
     if (count > 2 && !verb) return complain_verb(words[2]);
-    if (verb) vt_print_help(stdout, verb);
-    else print_overview(stdout);
+    if (verb)
+      vt_print_help(stdout, verb);
+    else
+      print_overview(stdout);
     return VT_OK;
   }
   if (name[0] == '-') {

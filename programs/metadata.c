@@ -7,7 +7,8 @@
 #include <ctype.h>
 #include <string.h>
 
-vt_status vt_metadata_names(vt_context *context, const vt_tree *tree, const char *file, const char *key, vt_names *out) {
+vt_status vt_metadata_names(vt_context *context, const vt_tree *tree, const char *file, const char *key,
+                            vt_names *out) {
   *out = (vt_names){0};
   vt_json *root = NULL;
   vt_status status = vt_parse_json(context, tree->metadata, strlen(tree->metadata), file, &root);
@@ -18,8 +19,10 @@ vt_status vt_metadata_names(vt_context *context, const vt_tree *tree, const char
   if (!out->items) status = VT_OUT_OF_MEMORY;
   for (size_t i = 0; i < count && !status; i++) {
     out->items[i] = vt_strdup(context, vt_json_string(vt_json_item(array, i), ""));
-    if (!out->items[i]) status = VT_OUT_OF_MEMORY;
-    else out->count++;
+    if (!out->items[i])
+      status = VT_OUT_OF_MEMORY;
+    else
+      out->count++;
   }
   vt_free_json(context, root);
   if (status) vt_free_names(context, out);
@@ -35,13 +38,16 @@ bool vt_has_name(const vt_names *names, const char *name) {
 vt_status vt_add_metadata(vt_context *context, vt_tree *tree, const char *key, const char *json) {
   size_t length = strlen(tree->metadata);
   while (length > 0 && isspace((unsigned char)tree->metadata[length - 1])) length--;
-  if (!length || tree->metadata[length - 1] != '}') length = 0; // no object: begin one
-  else length--;
+  if (!length || tree->metadata[length - 1] != '}')
+    length = 0; // no object: begin one
+  else
+    length--;
   size_t last = length;
   while (last > 0 && isspace((unsigned char)tree->metadata[last - 1])) last--;
   bool empty = last == 0 || tree->metadata[last - 1] == '{';
-  char *text = last == 0 ? vt_print_text(context, "{\"%s\": %s}", key, json)
-                         : vt_print_text(context, "%.*s%s\"%s\": %s}", (int)last, tree->metadata, empty ? "" : ", ", key, json);
+  char *text =
+      last == 0 ? vt_print_text(context, "{\"%s\": %s}", key, json)
+                : vt_print_text(context, "%.*s%s\"%s\": %s}", (int)last, tree->metadata, empty ? "" : ", ", key, json);
   if (!text) return VT_OUT_OF_MEMORY;
   vt_free(context, tree->metadata);
   tree->metadata = text;
@@ -65,9 +71,10 @@ vt_status vt_check_same_cameras(vt_context *context, const vt_tree *tree, const 
     for (int v = 0; v < names.count && v < tree->view_count; v++) {
       if (strcmp(names.items[v], views->items[i].name)) continue;
       if (!cameras_agree(&tree->cameras[v], &views->items[i].camera, 0.005 * tree->octree.edge))
-        status = vt_fail(context, VT_BAD_INPUT, "%s: its camera of %s is not the one that %s was made with; calibrate once "
-                         "with voltree capture and give that folder to reconstruct and evaluate", source,
-                         views->items[i].name, file);
+        status = vt_fail(context, VT_BAD_INPUT,
+                         "%s: its camera of %s is not the one that %s was made with; calibrate once "
+                         "with voltree capture and give that folder to reconstruct and evaluate",
+                         source, views->items[i].name, file);
       break;
     }
   vt_free_names(context, &names);

@@ -39,7 +39,8 @@ static vt_vec3 find_up(const vt_tree *tree) {
   return vt_normalise(solve3(a, vt_scale(mean, LAMBDA)));
 }
 
-#define TRIMMED 0.002 // share of the opacity that may lie outside, on each side of the box: haze must not make the tree small
+#define TRIMMED                                                                                                        \
+  0.002 // share of the opacity that may lie outside, on each side of the box: haze must not make the tree small
 
 // First and last cell along one axis between which all but TRIMMED of the opacity lies, by its histogram.
 static void find_range(const vt_level *level, const uint16_t *at, int *first, int *last) {
@@ -97,8 +98,8 @@ double vt_fitting_distance(double fov, int width, int height) {
   return 0.5 / sin(half);
 }
 
-vt_camera vt_orbit_camera(const vt_orbit *orbit, double azimuth, double elevation, double distance, double fov, int width,
-                          int height) {
+vt_camera vt_orbit_camera(const vt_orbit *orbit, double azimuth, double elevation, double distance, double fov,
+                          int width, int height) {
   double a = azimuth * DEGREE, e = elevation * DEGREE;
   if (distance <= 0) distance = vt_fitting_distance(fov, width, height);
   vt_vec3 level = vt_add(vt_scale(orbit->ahead, cos(a)), vt_scale(orbit->aside, sin(a)));

@@ -15,9 +15,9 @@ typedef struct vt_player {
   double azimuth, elevation, distance; // degrees; tree sizes, 0: fitting
   int background;                      // 0 white, 1 black, 2 grey
   bool overlay;
-  double scale;                        // of the resolution while moving, so that a frame takes about TARGET seconds
-  double seconds;                      // of the last frame
-  vt_render_report report;             // of the last frame
+  double scale;            // of the resolution while moving, so that a frame takes about TARGET seconds
+  double seconds;          // of the last frame
+  vt_render_report report; // of the last frame
 } vt_player;
 
 vt_player vt_make_player(const vt_tree *, vt_renderer *, const vt_render_desc *);

@@ -26,10 +26,14 @@ void vt_report_metrics(vt_json_writer *json, const vt_metrics *metrics) {
 }
 
 const char *vt_show_bytes(uint64_t bytes, char text[32]) {
-  if (bytes < 1000) snprintf(text, 32, "%llu bytes", (unsigned long long)bytes);
-  else if (bytes < 1000000) snprintf(text, 32, "%.1f kB", (double)bytes / 1e3);
-  else if (bytes < 1000000000) snprintf(text, 32, "%.2f MB", (double)bytes / 1e6);
-  else snprintf(text, 32, "%.2f GB", (double)bytes / 1e9);
+  if (bytes < 1000)
+    snprintf(text, 32, "%llu bytes", (unsigned long long)bytes);
+  else if (bytes < 1000000)
+    snprintf(text, 32, "%.1f kB", (double)bytes / 1e3);
+  else if (bytes < 1000000000)
+    snprintf(text, 32, "%.2f MB", (double)bytes / 1e6);
+  else
+    snprintf(text, 32, "%.2f GB", (double)bytes / 1e9);
   return text;
 }
 
@@ -54,11 +58,20 @@ static void put_stages(vt_session *session, vt_json_writer *json) {
 
 static void put_escaped(FILE *page, const char *text) {
   for (; *text; text++) switch (*text) {
-    case '<': fputs("&lt;", page); break;
-    case '>': fputs("&gt;", page); break;
-    case '&': fputs("&amp;", page); break;
-    case '"': fputs("&quot;", page); break;
-    default: fputc(*text, page);
+    case '<':
+      fputs("&lt;", page);
+      break;
+    case '>':
+      fputs("&gt;", page);
+      break;
+    case '&':
+      fputs("&amp;", page);
+      break;
+    case '"':
+      fputs("&quot;", page);
+      break;
+    default:
+      fputc(*text, page);
     }
 }
 
@@ -74,8 +87,9 @@ static vt_status write_page(vt_session *session, const char *json) {
     status = vt_fail(context, VT_OUT_OF_MEMORY, "index.html: the system has no memory left; close other programs");
     goto done;
   }
-  fprintf(page, "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>voltree %s</title>\n<style>body{font-"
-                "family:sans-serif;margin:2em}img{max-width:100%%}pre{background:#eee;padding:1em;overflow:auto}</style>\n",
+  fprintf(page,
+          "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>voltree %s</title>\n<style>body{font-"
+          "family:sans-serif;margin:2em}img{max-width:100%%}pre{background:#eee;padding:1em;overflow:auto}</style>\n",
           session->arguments.verb->name);
   fprintf(page, "<h1>voltree %s</h1>\n<pre>", session->arguments.verb->name);
   if (session->said) put_escaped(page, session->said);
@@ -94,8 +108,10 @@ static vt_status write_page(vt_session *session, const char *json) {
   bool bad = ferror(page) != 0;
   bad |= fclose(page) != 0;
   path = vt_join(context, session->report, "index.html");
-  if (bad || !path) status = vt_fail(context, VT_OUT_OF_MEMORY, "index.html: the system has no memory left; close other programs");
-  else status = vt_write_file(context, path, text, size);
+  if (bad || !path)
+    status = vt_fail(context, VT_OUT_OF_MEMORY, "index.html: the system has no memory left; close other programs");
+  else
+    status = vt_write_file(context, path, text, size);
 done:
   free(text); // of open_memstream
   vt_free(context, path);

@@ -9,8 +9,8 @@
 
 // Opens the document: schema_version, version, verb. The caller puts its members, then ends or drops it.
 vt_json_writer vt_begin_report(vt_session *);
-// Closes it with seconds and peak_bytes of the stages; writes it to --json and, with an index.html over the pictures that
-// lie there, into --report.
+// Closes it with seconds and peak_bytes of the stages; writes it to --json and, with an index.html over the pictures
+// that lie there, into --report.
 vt_status vt_end_report(vt_session *, vt_json_writer *);
 
 // Members psnr, psnr_foreground, ssim, alpha_rmse of the object that is open.

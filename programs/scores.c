@@ -34,8 +34,8 @@ static vt_metrics mean_metrics(const vt_metrics *metrics, int count) {
 
 // ---- the tree
 
-static vt_status write_pair(vt_session *session, const vt_view *view, const vt_fimage *result, const float background[3],
-                            const char *folder, double psnr, vt_sheet *sheet) {
+static vt_status write_pair(vt_session *session, const vt_view *view, const vt_fimage *result,
+                            const float background[3], const char *folder, double psnr, vt_sheet *sheet) {
   vt_context *context = session->context;
   char plain[200], label[32];
   vt_fimage truth = {0};
@@ -68,7 +68,8 @@ static vt_status score_views(vt_session *session, vt_renderer *renderer, const v
     if (!status) status = vt_measure(context, &result, &view->picture, background, &out->of_view[i]);
     if (!status && pictures)
       status = write_pair(session, view, &result, background, pictures, out->of_view[i].psnr, sheet);
-    if (!status && vt_cancelled(context)) status = vt_fail(context, VT_CANCELLED, "interrupted: nothing was written; run it again");
+    if (!status && vt_cancelled(context))
+      status = vt_fail(context, VT_CANCELLED, "interrupted: nothing was written; run it again");
     vt_progress(context, "judging", (i + 1.0) / judged->count);
   }
   vt_free_fimage(context, &result);

@@ -25,14 +25,15 @@ vt_status vt_score_tree(vt_session *, const vt_tree *, const vt_render_desc *, v
                         const vt_views *judged, const char *pictures, vt_scores *out);
 
 typedef enum vt_predictor { VT_PREDICT_WHITE, VT_PREDICT_NEAREST, VT_PREDICT_HULL, VT_PREDICTOR_COUNT } vt_predictor;
-// What needs no method: nothing but the background; the training photograph whose camera stands in the nearest direction
-// (itself excepted), as it is; the hull on level 6 with one colour a cell. `centre`: of the tree, world.
+// What needs no method: nothing but the background; the training photograph whose camera stands in the nearest
+// direction (itself excepted), as it is; the hull on level 6 with one colour a cell. `centre`: of the tree, world.
 vt_status vt_score_predictors(vt_session *, const vt_views *training, const vt_views *judged, vt_vec3 centre,
                               const float background[3], vt_metrics out[VT_PREDICTOR_COUNT]);
 
 // Members of the object that is open: views, level, means, per_view, seconds_per_frame, renderer.
 void vt_report_scores(vt_json_writer *, const vt_scores *, const vt_views *judged);
-void vt_report_predictors(vt_json_writer *, const vt_metrics metrics[VT_PREDICTOR_COUNT]); // "predictors" and their metrics
+void vt_report_predictors(vt_json_writer *,
+                          const vt_metrics metrics[VT_PREDICTOR_COUNT]); // "predictors" and their metrics
 void vt_say_metrics(vt_session *, const char *name, const vt_metrics *);
 void vt_say_metrics_head(vt_session *);
 const char *vt_predictor_name(vt_predictor);

@@ -12,7 +12,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *vt_picture_ending(void) { return vt_is_image_name("a.png") ? "png" : "pam"; }
+const char *vt_picture_ending(void) {
+  return vt_is_image_name("a.png") ? "png" : "pam";
+}
 
 // ---- probes
 
@@ -46,8 +48,10 @@ static void find_cache(vt_session *session) {
   if (session->cache) return;
   const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
   int length = -1;
-  if (xdg && *xdg == '/') length = snprintf(session->cache_text, sizeof session->cache_text, "%s/voltree", xdg);
-  else if (home && *home) length = snprintf(session->cache_text, sizeof session->cache_text, "%s/.cache/voltree", home);
+  if (xdg && *xdg == '/')
+    length = snprintf(session->cache_text, sizeof session->cache_text, "%s/voltree", xdg);
+  else if (home && *home)
+    length = snprintf(session->cache_text, sizeof session->cache_text, "%s/.cache/voltree", home);
   if (length > 0 && (size_t)length < sizeof session->cache_text) session->cache = session->cache_text;
 }
 
@@ -183,7 +187,8 @@ vt_status vt_check_output_file(vt_session *session, const char *path) {
 
 vt_status vt_check_output_folder(vt_session *session, const char *path) {
   if (vt_is_file(path))
-    return vt_fail(session->context, VT_FAILED, "%s: is a file, and a folder is to be written; give another name", path);
+    return vt_fail(session->context, VT_FAILED, "%s: is a file, and a folder is to be written; give another name",
+                   path);
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/') length--;
   char *trial = vt_print_text(session->context, "%.*s.tmp.%ld.try", (int)length, path, (long)getpid());

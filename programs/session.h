@@ -30,8 +30,8 @@ typedef struct vt_session {
   size_t said_size, said_capacity;
 } vt_session;
 
-// Reads the common options, makes the folders of --report and --probe, and the context. A sentence in problem (of `size`
-// characters) if that fails.
+// Reads the common options, makes the folders of --report and --probe, and the context. A sentence in problem (of
+// `size` characters) if that fails.
 vt_status vt_begin_session(vt_session *, char *problem, size_t size);
 void vt_end_session(vt_session *);
 
@@ -57,7 +57,8 @@ const char *vt_picture_ending(void);
 #ifdef __GNUC__
 __attribute__((format(printf, 2, 3)))
 #endif
-char *vt_print_text(vt_context *, const char *format, ...);
+char *
+vt_print_text(vt_context *, const char *format, ...);
 // "train/r_0.png" -> "train_r_0": a name that can stand in a file name of the report.
 void vt_plain_name(const char *name, char *out, size_t size);
 

@@ -10,12 +10,17 @@ const vt_option vt_common_options[] = {
     {"version", 0, VT_OPTION_FLAG, "", 0, 0, false, "show the version and stop"},
     {"quiet", 'q', VT_OPTION_FLAG, "", 0, 0, false, "say nothing but errors"},
     {"verbose", 'v', VT_OPTION_FLAG, "", 0, 0, false, "say more on stderr"},
-    {"threads", 0, VT_OPTION_INTEGER, "N", 1, 64, false, "workers; default: as many as the machine has. Results do not depend on it"},
-    {"max-memory", 0, VT_OPTION_BYTES, "SIZE", 0, 0, false, "most memory for the data of the run, like 4G; beyond it exit 6"},
-    {"json", 0, VT_OPTION_TEXT, "FILE|-", 0, 0, false, "write the figures as one JSON document; - is stdout, which then holds nothing else"},
+    {"threads", 0, VT_OPTION_INTEGER, "N", 1, 64, false,
+     "workers; default: as many as the machine has. Results do not depend on it"},
+    {"max-memory", 0, VT_OPTION_BYTES, "SIZE", 0, 0, false,
+     "most memory for the data of the run, like 4G; beyond it exit 6"},
+    {"json", 0, VT_OPTION_TEXT, "FILE|-", 0, 0, false,
+     "write the figures as one JSON document; - is stdout, which then holds nothing else"},
     {"report", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "write a folder with report.json, index.html and pictures"},
-    {"probe", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "write pictures of inner states (trimaps, hulls, residuals) into this folder"},
-    {"cache", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "where calibrations are kept; default: $XDG_CACHE_HOME/voltree or ~/.cache/voltree"},
+    {"probe", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "write pictures of inner states (trimaps, hulls, residuals) into this folder"},
+    {"cache", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "where calibrations are kept; default: $XDG_CACHE_HOME/voltree or ~/.cache/voltree"},
     {"no-cache", 0, VT_OPTION_FLAG, "", 0, 0, false, "keep and use no calibrations"},
     {0}};
 
@@ -23,10 +28,13 @@ const vt_option vt_common_options[] = {
 #define MATTE_WORDS "auto|alpha|masks|backdrop|sky|none"
 const vt_option vt_source_options[] = {
     {"matte", 0, VT_OPTION_CHOICE, MATTE_WORDS, 0, 0, false,
-     "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there are any, else backdrop"},
-    {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "folder of masks, white is tree; default: the usual places beside the photographs"},
+     "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
+     "are any, else backdrop"},
+    {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "folder of masks, white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
-    {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false, "reduce photographs to at most N pixels on the longer side"},
+    {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
+     "reduce photographs to at most N pixels on the longer side"},
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
     {0}};
 
@@ -40,9 +48,12 @@ const vt_option vt_codebook_options[] = {
 
 const vt_option vt_picture_options[] = {
     {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false, "draw this level of the tree"},
-    {"views", 0, VT_OPTION_INTEGER, "K", 1, VT_MAX_BLEND_VIEWS, false, "blend the textures of the K closest photographs"},
-    {"blend", 0, VT_OPTION_CHOICE, "sum|geometric", 0, 0, false, "how they become one: premultiplied sum, or geometric mean of the transmittances"},
-    {"backend", 0, VT_OPTION_CHOICE, "auto|gl|cpu", 0, 0, false, "who draws; auto: OpenGL if it works here, else the CPU"},
+    {"views", 0, VT_OPTION_INTEGER, "K", 1, VT_MAX_BLEND_VIEWS, false,
+     "blend the textures of the K closest photographs"},
+    {"blend", 0, VT_OPTION_CHOICE, "sum|geometric", 0, 0, false,
+     "how they become one: premultiplied sum, or geometric mean of the transmittances"},
+    {"backend", 0, VT_OPTION_CHOICE, "auto|gl|cpu", 0, 0, false,
+     "who draws; auto: OpenGL if it works here, else the CPU"},
     {0}};
 
 // ---- photographs
@@ -75,7 +86,8 @@ static const char *kind_name(vt_source_kind kind) {
   return kind == VT_SOURCE_TRANSFORMS ? "transforms" : kind == VT_SOURCE_COLMAP ? "colmap" : "photographs";
 }
 
-void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views, const vt_capture_report *report) {
+void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views,
+                      const vt_capture_report *report) {
   vt_json_put_string(json, "source", source);
   vt_json_put_string(json, "source_kind", kind_name(report->kind));
   vt_json_put_string(json, "matte", matte_name(report->matte));
@@ -153,11 +165,14 @@ int vt_finest_level(const vt_tree *tree) {
 vt_status vt_check_level(vt_session *session, const vt_tree *tree, const char *name, int level) {
   int finest = vt_finest_level(tree);
   if (finest < 0)
-    return vt_fail(session->context, VT_BAD_INPUT, "%s: has no textures to draw; make the tree again with voltree "
-                   "reconstruct", name);
+    return vt_fail(session->context, VT_BAD_INPUT,
+                   "%s: has no textures to draw; make the tree again with voltree "
+                   "reconstruct",
+                   name);
   if (level < 0 || (level <= finest && tree->tiles[level].view_count > 0)) return VT_OK;
   int coarsest = 0;
   while (tree->tiles[coarsest].view_count == 0) coarsest++;
-  return vt_fail(session->context, VT_BAD_USAGE, "--level %d: %s has textures on the levels %d to %d; give one of these",
-                 level, name, coarsest, finest);
+  return vt_fail(session->context, VT_BAD_USAGE,
+                 "--level %d: %s has textures on the levels %d to %d; give one of these", level, name, coarsest,
+                 finest);
 }

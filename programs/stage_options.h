@@ -22,7 +22,8 @@ void vt_say_source(vt_session *, const char *source, const vt_views *, const vt_
 
 vt_compress_desc vt_compress_desc_of(const vt_arguments *);
 const char *vt_quantiser_name(vt_quantiser);
-void vt_report_compression(vt_json_writer *, const char *key_or_null, const vt_compress_desc *, const vt_compress_report *);
+void vt_report_compression(vt_json_writer *, const char *key_or_null, const vt_compress_desc *,
+                           const vt_compress_report *);
 
 vt_render_desc vt_render_desc_of(const vt_arguments *); // level -1 where it was not given
 vt_backend vt_backend_of(const vt_arguments *);

@@ -25,8 +25,10 @@ vt_status vt_begin_turntable(vt_session *session, const char *folder, vt_turntab
     return VT_OUT_OF_MEMORY;
   }
   vt_status status = vt_make_folder(context, work);
-  if (status) vt_free(context, work);
-  else out->work = work;
+  if (status)
+    vt_free(context, work);
+  else
+    out->work = work;
   return status;
 }
 
@@ -39,17 +41,34 @@ static void make_film(vt_session *session, const vt_turntable *turn) {
   char *frames = vt_print_text(session->context, "%s/frame_%%04d.%s", turn->work, vt_picture_ending());
   char *film = vt_print_text(session->context, "%s/turntable.mp4", turn->work);
   if (frames && film) {
-    char *words[] = {(char[]){"ffmpeg"}, (char[]){"-nostdin"}, (char[]){"-y"}, (char[]){"-loglevel"}, (char[]){"error"},
-                     (char[]){"-framerate"}, (char[]){"25"}, (char[]){"-i"}, frames, (char[]){"-vf"},
-                     (char[]){"pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"}, (char[]){"-pix_fmt"}, (char[]){"yuv420p"},
-                     (char[]){"-movflags"}, (char[]){"+faststart"}, film, NULL};
+    char *words[] = {(char[]){"ffmpeg"},
+                     (char[]){"-nostdin"},
+                     (char[]){"-y"},
+                     (char[]){"-loglevel"},
+                     (char[]){"error"},
+                     (char[]){"-framerate"},
+                     (char[]){"25"},
+                     (char[]){"-i"},
+                     frames,
+                     (char[]){"-vf"},
+                     (char[]){"pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"},
+                     (char[]){"-pix_fmt"},
+                     (char[]){"yuv420p"},
+                     (char[]){"-movflags"},
+                     (char[]){"+faststart"},
+                     film,
+                     NULL};
     pid_t child;
     int wait_status = 0, problem = posix_spawnp(&child, "ffmpeg", NULL, NULL, words, environ);
     if (!problem)
-      while (waitpid(child, &wait_status, 0) < 0 && errno == EINTR) {}
-    if (problem) vt_log(session->context, VT_LOG_NORMAL, "voltree: ffmpeg: not found, so there is no turntable.mp4; install it to have one");
+      while (waitpid(child, &wait_status, 0) < 0 && errno == EINTR) {
+      }
+    if (problem)
+      vt_log(session->context, VT_LOG_NORMAL,
+             "voltree: ffmpeg: not found, so there is no turntable.mp4; install it to have one");
     else if (wait_status)
-      vt_log(session->context, VT_LOG_NORMAL, "voltree: ffmpeg: failed, so there is no turntable.mp4; the frames are there");
+      vt_log(session->context, VT_LOG_NORMAL,
+             "voltree: ffmpeg: failed, so there is no turntable.mp4; the frames are there");
     if (problem || wait_status) unlink(film);
   }
   vt_free(session->context, frames);
@@ -63,8 +82,10 @@ static vt_status move_files(vt_session *session, const vt_turntable *turn) {
   vt_status status = vt_list_folder(context, turn->work, false, &names);
   for (int i = 0; i < names.count && !status; i++) {
     char *from = vt_join(context, turn->work, names.items[i]), *to = vt_join(context, turn->folder, names.items[i]);
-    if (!from || !to) status = VT_OUT_OF_MEMORY;
-    else if (rename(from, to)) status = vt_fail(context, VT_FAILED, "%s: cannot be written (%s); give another folder", to, strerror(errno));
+    if (!from || !to)
+      status = VT_OUT_OF_MEMORY;
+    else if (rename(from, to))
+      status = vt_fail(context, VT_FAILED, "%s: cannot be written (%s); give another folder", to, strerror(errno));
     vt_free(context, from);
     vt_free(context, to);
   }
@@ -77,9 +98,11 @@ vt_status vt_finish_turntable(vt_session *session, vt_turntable *turn, bool film
   if (film) make_film(session, turn);
   if (vt_cancelled(session->context)) return VT_CANCELLED;
   vt_status status = VT_OK;
-  if (vt_is_folder(turn->folder)) status = move_files(session, turn);
+  if (vt_is_folder(turn->folder))
+    status = move_files(session, turn);
   else if (rename(turn->work, turn->folder))
-    status = vt_fail(session->context, VT_FAILED, "%s: cannot be made (%s); give another name", turn->folder, strerror(errno));
+    status = vt_fail(session->context, VT_FAILED, "%s: cannot be made (%s); give another name", turn->folder,
+                     strerror(errno));
   if (!status) {
     vt_free(session->context, turn->work);
     turn->work = NULL;

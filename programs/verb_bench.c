@@ -71,7 +71,8 @@ static vt_status prepare(vt_session *session, work *job) {
 }
 
 // The first judged photograph as this tree shows it.
-static vt_status put_example(vt_session *session, work *job, const vt_tree *tree, const vt_render_desc *desc, double psnr) {
+static vt_status put_example(vt_session *session, work *job, const vt_tree *tree, const vt_render_desc *desc,
+                             double psnr) {
   vt_context *context = session->context;
   vt_renderer *renderer = NULL;
   vt_fimage picture = {0};
@@ -114,7 +115,8 @@ static vt_status run_preset(vt_session *session, work *job, vt_preset preset, ta
   job->centre = vt_tree_centre(&packed);
   status = vt_score_tree(session, &raw, &drawing, VT_BACKEND_AUTO, white, &job->judged, NULL, &raw_scores);
   if (!status) row->raw = raw_scores.mean;
-  if (!status) status = vt_score_tree(session, &packed, &drawing, VT_BACKEND_AUTO, white, &job->judged, NULL, &row->scores);
+  if (!status)
+    status = vt_score_tree(session, &packed, &drawing, VT_BACKEND_AUTO, white, &job->judged, NULL, &row->scores);
   if (!status && session->report) status = put_example(session, job, &packed, &drawing, row->scores.of_view[0].psnr);
 done:
   vt_free_scores(context, &raw_scores);
@@ -125,16 +127,16 @@ done:
 
 static void say_table(vt_session *session, const work *job) {
   char a[32], b[32], c[32];
-  vt_say(session, "%-20s %8s %7s %10s %7s %10s %11s %11s %11s\n", "", "seconds", "PSNR", "foreground", "SSIM", "alpha RMSE",
-         "textures", "packed", "peak");
+  vt_say(session, "%-20s %8s %7s %10s %7s %10s %11s %11s %11s\n", "", "seconds", "PSNR", "foreground", "SSIM",
+         "alpha RMSE", "textures", "packed", "peak");
   for (int i = 0; i < job->row_count; i++) {
     const table_row *row = &job->rows[i];
     vt_say(session, "%-20s %8.2f %7.2f %10.2f %7.4f %10.4f %11s\n", row->preset, row->seconds, row->raw.psnr,
            row->raw.psnr_foreground, row->raw.ssim, row->raw.alpha_rmse, vt_show_bytes(row->raw_bytes, a));
     const vt_metrics *packed = &row->scores.mean;
-    vt_say(session, "%-20s %8.2f %7.2f %10.2f %7.4f %10.4f %11s %11s %11s\n", "  packed", row->seconds + row->seconds_compress,
-           packed->psnr, packed->psnr_foreground, packed->ssim, packed->alpha_rmse, "", vt_show_bytes(row->packed_bytes, b),
-           vt_show_bytes(row->peak_bytes, c));
+    vt_say(session, "%-20s %8.2f %7.2f %10.2f %7.4f %10.4f %11s %11s %11s\n", "  packed",
+           row->seconds + row->seconds_compress, packed->psnr, packed->psnr_foreground, packed->ssim,
+           packed->alpha_rmse, "", vt_show_bytes(row->packed_bytes, b), vt_show_bytes(row->peak_bytes, c));
   }
   for (int p = 0; p < VT_PREDICTOR_COUNT; p++) {
     const vt_metrics *metrics = &job->predictors[p];
@@ -204,8 +206,7 @@ static vt_status run_frontier(vt_session *session, work *job) {
 static vt_status run(vt_session *session) {
   vt_context *context = session->context;
   const char *suite = session->arguments.operands[0];
-  if (strcmp(suite, "frontier"))
-    return vt_fail(context, VT_BAD_USAGE, "%s: no such suite; there is frontier", suite);
+  if (strcmp(suite, "frontier")) return vt_fail(context, VT_BAD_USAGE, "%s: no such suite; there is frontier", suite);
   work job = {0};
   vt_status status = run_frontier(session, &job);
   for (int i = 0; i < job.row_count; i++) vt_free_scores(context, &job.rows[i].scores);
@@ -216,13 +217,14 @@ static vt_status run(vt_session *session) {
   return status;
 }
 
-const vt_verb vt_verb_bench = {
-    .name = "bench",
-    .operands = "SUITE",
-    .summary = "measure time against error",
-    .notes = "SUITE frontier reconstructs one capture with the presets draft, normal and high, judges each on photographs that "
-             "were left out, and shows seconds, error and bytes beside three trivial predictors.",
-    .example = "voltree bench frontier --quick --json -",
-    .operand_count = 1,
-    .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
-    .run = run};
+const vt_verb vt_verb_bench = {.name = "bench",
+                               .operands = "SUITE",
+                               .summary = "measure time against error",
+                               .notes =
+                                   "SUITE frontier reconstructs one capture with the presets draft, normal and high, "
+                                   "judges each on photographs that "
+                                   "were left out, and shows seconds, error and bytes beside three trivial predictors.",
+                               .example = "voltree bench frontier --quick --json -",
+                               .operand_count = 1,
+                               .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
+                               .run = run};

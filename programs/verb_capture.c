@@ -4,10 +4,10 @@
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
 
-static const vt_option options[] = {
-    {"output", 'o', VT_OPTION_TEXT, "CAPTURE", 0, 0, true, "the folder to make"},
-    {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false, "keep every N-th photograph for judging, in transforms_test.json"},
-    {0}};
+static const vt_option options[] = {{"output", 'o', VT_OPTION_TEXT, "CAPTURE", 0, 0, true, "the folder to make"},
+                                    {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false,
+                                     "keep every N-th photograph for judging, in transforms_test.json"},
+                                    {0}};
 
 static vt_status run(vt_session *session) {
   vt_context *context = session->context;
@@ -38,13 +38,14 @@ done:
   return status;
 }
 
-const vt_verb vt_verb_capture = {
-    .name = "capture",
-    .operands = "PHOTOS",
-    .summary = "find cameras and mattes of photographs and write them as a capture folder",
-    .notes = "PHOTOS is a folder of photographs, a COLMAP workspace, or a folder with transforms.json; what is already there "
-             "is used. CAPTURE gets undistorted PNG pictures with alpha and transforms.json.",
-    .example = "voltree capture photos/ -o capture --matte backdrop",
-    .operand_count = 1,
-    .tables = {options, vt_source_options, vt_common_options},
-    .run = run};
+const vt_verb vt_verb_capture = {.name = "capture",
+                                 .operands = "PHOTOS",
+                                 .summary = "find cameras and mattes of photographs and write them as a capture folder",
+                                 .notes =
+                                     "PHOTOS is a folder of photographs, a COLMAP workspace, or a folder with "
+                                     "transforms.json; what is already there "
+                                     "is used. CAPTURE gets undistorted PNG pictures with alpha and transforms.json.",
+                                 .example = "voltree capture photos/ -o capture --matte backdrop",
+                                 .operand_count = 1,
+                                 .tables = {options, vt_source_options, vt_common_options},
+                                 .run = run};

@@ -5,7 +5,8 @@
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
 
-static const vt_option options[] = {{"output", 'o', VT_OPTION_TEXT, "TREE2.vtree", 0, 0, true, "the file to write"}, {0}};
+static const vt_option options[] = {{"output", 'o', VT_OPTION_TEXT, "TREE2.vtree", 0, 0, true, "the file to write"},
+                                    {0}};
 
 static vt_status add_compression(vt_context *context, vt_tree *tree, const vt_compress_desc *desc,
                                  const vt_compress_report *report) {

@@ -13,9 +13,11 @@ static const char *const split_names[] = {"train", "test", "holdout"};
 
 static const vt_option options[] = {
     {"split", 0, VT_OPTION_CHOICE, "train|test|holdout", 0, 0, false,
-     "the photographs to judge on: those it was made from, those of transforms_test.json, or those that reconstruct --holdout "
+     "the photographs to judge on: those it was made from, those of transforms_test.json, or those that reconstruct "
+     "--holdout "
      "left out; default: test if there are any, else holdout"},
-    {"background", 0, VT_OPTION_BACKGROUND, "white|black|R,G,B", 0, 0, false, "behind tree and photograph; default: white"},
+    {"background", 0, VT_OPTION_BACKGROUND, "white|black|R,G,B", 0, 0, false,
+     "behind tree and photograph; default: white"},
     {"no-predictors", 0, VT_OPTION_FLAG, "", 0, 0, false, "skip the trivial predictors"},
     {"min-psnr", 0, VT_OPTION_NUMBER, "X", 0, 99, false, "exit 7 if the mean PSNR is below X dB"},
     {0}};
@@ -38,7 +40,8 @@ static vt_status choose_views(vt_session *session, work *job) {
   vt_status status = vt_metadata_names(context, &job->tree, job->file, "held_out", &job->held_out);
   if (status) return status;
   bool any_test = vt_count_views(&job->views, VT_TEST) > 0;
-  job->split = (split)vt_choice_of(&session->arguments, "split", any_test || !job->held_out.count ? SPLIT_TEST : SPLIT_HOLDOUT);
+  job->split =
+      (split)vt_choice_of(&session->arguments, "split", any_test || !job->held_out.count ? SPLIT_TEST : SPLIT_HOLDOUT);
   job->judged.items = VT_NEW(context, vt_view, (size_t)job->views.count);
   job->training.items = VT_NEW(context, vt_view, (size_t)job->views.count);
   if (!job->judged.items || !job->training.items) return VT_OUT_OF_MEMORY;
@@ -52,17 +55,21 @@ static vt_status choose_views(vt_session *session, work *job) {
   for (int i = 0; i < job->training.count; i++) job->training.items[i].role = VT_TRAIN;
   if (job->judged.count) return VT_OK;
   if (job->split == SPLIT_HOLDOUT && !job->held_out.count)
-    return vt_fail(context, VT_BAD_INPUT, "%s: no photographs were left out when it was made; make it with voltree reconstruct "
-                   "--holdout 8, or give another --split", job->file);
+    return vt_fail(context, VT_BAD_INPUT,
+                   "%s: no photographs were left out when it was made; make it with voltree reconstruct "
+                   "--holdout 8, or give another --split",
+                   job->file);
   return vt_fail(context, VT_BAD_INPUT, "%s: holds no photographs of --split %s; give another --split%s", job->source,
-                 split_names[job->split], job->split == SPLIT_HOLDOUT ? " or the photographs that the tree was made from" : "");
+                 split_names[job->split],
+                 job->split == SPLIT_HOLDOUT ? " or the photographs that the tree was made from" : "");
 }
 
 static void say_scores(vt_session *session, const work *job) {
   vt_say(session, "%s on %d photographs (%s) of %s, level %d, %s, %.4f s a frame\n", job->file, job->scores.count,
          split_names[job->split], job->source, job->scores.level, job->scores.renderer, job->scores.seconds_per_frame);
   vt_say_metrics_head(session);
-  for (int i = 0; i < job->scores.count; i++) vt_say_metrics(session, job->judged.items[i].name, &job->scores.of_view[i]);
+  for (int i = 0; i < job->scores.count; i++)
+    vt_say_metrics(session, job->judged.items[i].name, &job->scores.of_view[i]);
   vt_say_metrics(session, "mean", &job->scores.mean);
   for (int p = 0; p < VT_PREDICTOR_COUNT && job->predicted; p++)
     vt_say_metrics(session, vt_predictor_name((vt_predictor)p), &job->predictors[p]);
@@ -88,13 +95,14 @@ static vt_status judge(vt_session *session, work *job) {
   if (status) return status;
   if (desc.level < 0) desc.level = vt_finest_level(&job->tree);
   vt_begin_stage(session);
-  status = vt_score_tree(session, &job->tree, &desc, vt_backend_of(arguments), job->background, &job->judged, session->report,
-                         &job->scores);
+  status = vt_score_tree(session, &job->tree, &desc, vt_backend_of(arguments), job->background, &job->judged,
+                         session->report, &job->scores);
   if (status) return status;
   vt_end_stage(session, "judge");
   if (vt_given(arguments, "no-predictors") || !job->training.count) return VT_OK;
   vt_begin_stage(session);
-  status = vt_score_predictors(session, &job->training, &job->judged, vt_tree_centre(&job->tree), job->background, job->predictors);
+  status = vt_score_predictors(session, &job->training, &job->judged, vt_tree_centre(&job->tree), job->background,
+                               job->predictors);
   if (!status) vt_end_stage(session, "predictors");
   job->predicted = !status;
   return status;
@@ -107,7 +115,8 @@ static vt_status run(vt_session *session) {
   work job = {.file = arguments->operands[0], .source = arguments->operands[1], .background = {1, 1, 1}};
   vt_background_of(arguments, "background", job.background, &none);
   if (none)
-    return vt_fail(context, VT_BAD_USAGE, "--background none: photographs are compared over a colour; give white, black or R,G,B");
+    return vt_fail(context, VT_BAD_USAGE,
+                   "--background none: photographs are compared over a colour; give white, black or R,G,B");
   vt_begin_stage(session);
   vt_status status = vt_read_tree(context, job.file, &job.tree, NULL);
   if (!status) vt_end_stage(session, "read");
@@ -121,8 +130,10 @@ static vt_status run(vt_session *session) {
   }
   double least = vt_number_of(arguments, "min-psnr", 0);
   if (!status && !(job.scores.mean.psnr >= least))
-    status = vt_fail(context, VT_BELOW_QUALITY, "%s: its mean PSNR is %.2f dB and --min-psnr is %g; reconstruct it with a higher "
-                     "--preset or more photographs", job.file, job.scores.mean.psnr, least);
+    status = vt_fail(context, VT_BELOW_QUALITY,
+                     "%s: its mean PSNR is %.2f dB and --min-psnr is %g; reconstruct it with a higher "
+                     "--preset or more photographs",
+                     job.file, job.scores.mean.psnr, least);
   vt_free_scores(context, &job.scores);
   vt_free_names(context, &job.held_out);
   vt_free(context, job.judged.items);
@@ -133,15 +144,18 @@ static vt_status run(vt_session *session) {
   return status;
 }
 
-const vt_verb vt_verb_evaluate = {
-    .name = "evaluate",
-    .operands = "TREE CAPTURE",
-    .summary = "measure how well a tree shows photographs",
-    .notes = "PSNR and SSIM over the background, PSNR where the photograph has any tree, and the error of opacity; means over "
-             "the photographs. Beside them what three trivial predictors reach: nothing but white, the nearest photograph as "
-             "it is, and the visual hull. CAPTURE is read with the same flags as in reconstruct. --report DIR gets truth and "
-             "result side by side. The finest level is drawn unless --level says another.",
-    .example = "voltree evaluate tree.vtree capture --split test --json scores.json",
-    .operand_count = 2,
-    .tables = {options, vt_picture_options, vt_source_options, vt_common_options},
-    .run = run};
+const vt_verb vt_verb_evaluate = {.name = "evaluate",
+                                  .operands = "TREE CAPTURE",
+                                  .summary = "measure how well a tree shows photographs",
+                                  .notes =
+                                      "PSNR and SSIM over the background, PSNR where the photograph has any tree, and "
+                                      "the error of opacity; means over "
+                                      "the photographs. Beside them what three trivial predictors reach: nothing but "
+                                      "white, the nearest photograph as "
+                                      "it is, and the visual hull. CAPTURE is read with the same flags as in "
+                                      "reconstruct. --report DIR gets truth and "
+                                      "result side by side. The finest level is drawn unless --level says another.",
+                                  .example = "voltree evaluate tree.vtree capture --split test --json scores.json",
+                                  .operand_count = 2,
+                                  .tables = {options, vt_picture_options, vt_source_options, vt_common_options},
+                                  .run = run};

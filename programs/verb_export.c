@@ -1,8 +1,8 @@
 // verb_export.c - voltree export: the cells of a level as a point cloud that other programs read
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// PLY, binary little-endian: a point at the centre of each cell with the cell's own colour, its opacity along an edge as
-// the point's alpha, and its extinction per unit of length.
+// PLY, binary little-endian: a point at the centre of each cell with the cell's own colour, its opacity along an edge
+// as the point's alpha, and its extinction per unit of length.
 #include "base/file.h"
 #include "octree/octree.h"
 #include "programs/report.h"
@@ -13,7 +13,8 @@
 
 static const vt_option options[] = {
     {"output", 'o', VT_OPTION_TEXT, "FILE.ply", 0, 0, true, "the file to write; its ending says the format, ply"},
-    {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false, "the level whose cells are written; default: the finest"},
+    {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false,
+     "the level whose cells are written; default: the finest"},
     {0}};
 
 #define POINT_BYTES (3 * 4 + 4 + 4)
@@ -26,15 +27,20 @@ static uint8_t *put_float(uint8_t *at, double value) { // little-endian on every
   return at;
 }
 
-static uint8_t byte_of(double unit) { return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5); }
+static uint8_t byte_of(double unit) {
+  return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5);
+}
 
 static vt_status make_ply(vt_context *context, const vt_octree *octree, int number, uint8_t **out, size_t *out_size) {
   const vt_level *level = &octree->levels[number];
   double edge = vt_cell_edge(octree, number);
-  char *head = vt_print_text(context, "ply\nformat binary_little_endian 1.0\ncomment voltree " VT_VERSION ", level %d, edge of a cell %.17g\n"
-      "element vertex %u\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
-      "property uchar blue\nproperty uchar alpha\nproperty float extinction\nend_header\n",
-      number, edge, (unsigned)level->cell_count);
+  char *head = vt_print_text(context,
+                             "ply\nformat binary_little_endian 1.0\ncomment voltree " VT_VERSION
+                             ", level %d, edge of a cell %.17g\n"
+                             "element vertex %u\nproperty float x\nproperty float y\nproperty float z\nproperty uchar "
+                             "red\nproperty uchar green\n"
+                             "property uchar blue\nproperty uchar alpha\nproperty float extinction\nend_header\n",
+                             number, edge, (unsigned)level->cell_count);
   if (!head) return VT_OUT_OF_MEMORY;
   size_t head_size = strlen(head);
   *out_size = head_size + (size_t)level->cell_count * POINT_BYTES;
@@ -90,12 +96,11 @@ done:
   return status;
 }
 
-const vt_verb vt_verb_export = {
-    .name = "export",
-    .operands = "TREE",
-    .summary = "write the cells of a level as a point cloud (PLY)",
-    .notes = "",
-    .example = "voltree export tree.vtree -o tree.ply --level 6",
-    .operand_count = 1,
-    .tables = {options, vt_common_options},
-    .run = run};
+const vt_verb vt_verb_export = {.name = "export",
+                                .operands = "TREE",
+                                .summary = "write the cells of a level as a point cloud (PLY)",
+                                .notes = "",
+                                .example = "voltree export tree.vtree -o tree.ply --level 6",
+                                .operand_count = 1,
+                                .tables = {options, vt_common_options},
+                                .run = run};

@@ -24,8 +24,8 @@ static void say_tree(vt_session *session, const char *name, const vt_tree *tree,
            tree->colour_codebook.codeword_count);
   vt_say(session, "  level      cells  billboards  edge\n");
   for (int l = 0; l < octree->level_count; l++)
-    vt_say(session, "  %5d %10u %11u  %g\n", l, (unsigned)octree->levels[l].cell_count, (unsigned)tree->tiles[l].tile_count,
-           vt_cell_edge(octree, l));
+    vt_say(session, "  %5d %10u %11u  %g\n", l, (unsigned)octree->levels[l].cell_count,
+           (unsigned)tree->tiles[l].tile_count, vt_cell_edge(octree, l));
   vt_say(session, "  metadata: ");
   for (const char *at = tree->metadata; *at; at++) // no control sequences from a file to a terminal
     vt_say(session, "%c", (unsigned char)*at < ' ' || *at == 127 ? ' ' : *at);
@@ -92,12 +92,11 @@ static vt_status run(vt_session *session) {
   return status;
 }
 
-const vt_verb vt_verb_info = {
-    .name = "info",
-    .operands = "TREE",
-    .summary = "tell what is in a .vtree",
-    .notes = "",
-    .example = "voltree info tree.vtree --json -",
-    .operand_count = 1,
-    .tables = {vt_common_options},
-    .run = run};
+const vt_verb vt_verb_info = {.name = "info",
+                              .operands = "TREE",
+                              .summary = "tell what is in a .vtree",
+                              .notes = "",
+                              .example = "voltree info tree.vtree --json -",
+                              .operand_count = 1,
+                              .tables = {vt_common_options},
+                              .run = run};

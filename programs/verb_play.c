@@ -12,11 +12,15 @@
 
 static const vt_option options[] = {
     {"size", 0, VT_OPTION_DIMENSIONS, "WxH", 0, 0, false, "pixels of the window; default: 960x720"},
-    {"headless", 0, VT_OPTION_INTEGER, "FRAMES", 1, 100000, false, "no window: turn once around the tree in so many frames; needs -o"},
+    {"headless", 0, VT_OPTION_INTEGER, "FRAMES", 1, 100000, false,
+     "no window: turn once around the tree in so many frames; needs -o"},
     {"output", 'o', VT_OPTION_TEXT, "DIR", 0, 0, false, "the folder of the frames of --headless"},
     {0}};
 
-typedef struct frame_tally { int frames; double seconds, worst; } frame_tally;
+typedef struct frame_tally {
+  int frames;
+  double seconds, worst;
+} frame_tally;
 
 static void count_frame(frame_tally *tally, double seconds) {
   tally->frames++;
@@ -144,7 +148,8 @@ const vt_verb vt_verb_play = {
     .name = "play",
     .operands = "TREE",
     .summary = "look at a tree in a window",
-    .notes = "Left button: orbit. Right button: move. Wheel: distance. Arrows: orbit. R: as at the start. [ and ]: coarser and "
+    .notes = "Left button: orbit. Right button: move. Wheel: distance. Arrows: orbit. R: as at the start. [ and ]: "
+             "coarser and "
              "finer level; 0: level by distance; L: show the level. B: background. P or F12: screenshot. Esc: quit.",
     .example = "voltree play tree.vtree",
     .operand_count = 1,

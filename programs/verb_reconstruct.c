@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // load -> hold out -> reconstruct -> compress -> judge -> write. What goes into the file's metadata must not depend on
-// the clock or the number of threads: the same input and options give the same bytes. So times stand in the report only,
-// and held-out photographs are judged by the CPU renderer, the same on every machine.
+// the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
+// only, and held-out photographs are judged by the CPU renderer, the same on every machine.
 #include "programs/level_sheet.h"
 #include "programs/metadata.h"
 #include "programs/report.h"
@@ -17,11 +17,15 @@
 // The words stand in the order of vt_method and vt_preset.
 static const vt_option options[] = {
     {"output", 'o', VT_OPTION_TEXT, "TREE.vtree", 0, 0, true, "the file to write"},
-    {"method", 0, VT_OPTION_CHOICE, "2004|2006|best", 0, 0, false, "the method of the two papers, or ours (best, the default)"},
+    {"method", 0, VT_OPTION_CHOICE, "2004|2006|best", 0, 0, false,
+     "the method of the two papers, or ours (best, the default)"},
     {"preset", 0, VT_OPTION_CHOICE, "draft|normal|high", 0, 0, false, "how long it works; default: normal"},
-    {"time-budget", 0, VT_OPTION_NUMBER, "S", 0.1, 1e7, false, "seconds for opacity and textures; fewer iterations and levels are done"},
-    {"levels", 0, VT_OPTION_INTEGER, "L", 1, VT_MAX_LEVEL, false, "the finest level; default: where a texel is about a pixel of the photographs"},
-    {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false, "leave out every N-th photograph and judge the tree on these"},
+    {"time-budget", 0, VT_OPTION_NUMBER, "S", 0.1, 1e7, false,
+     "seconds for opacity and textures; fewer iterations and levels are done"},
+    {"levels", 0, VT_OPTION_INTEGER, "L", 1, VT_MAX_LEVEL, false,
+     "the finest level; default: where a texel is about a pixel of the photographs"},
+    {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false,
+     "leave out every N-th photograph and judge the tree on these"},
     {"raw", 0, VT_OPTION_FLAG, "", 0, 0, false, "leave the textures unpacked"},
     {0}};
 
@@ -101,7 +105,8 @@ static vt_status judge(vt_session *session, work *job) {
   desc.level = vt_finest_level(&job->tree);
   if (job->judged.count == 0 || desc.level < 0) return VT_OK;
   vt_begin_stage(session);
-  vt_status status = vt_score_tree(session, &job->tree, &desc, VT_BACKEND_CPU, white, &job->judged, session->report, &job->scores);
+  vt_status status =
+      vt_score_tree(session, &job->tree, &desc, VT_BACKEND_CPU, white, &job->judged, session->report, &job->scores);
   vt_end_stage(session, "judge");
   return status;
 }
@@ -184,8 +189,9 @@ static vt_status set_metadata(vt_session *session, work *job) {
 
 static void say_summary(vt_session *session, const work *job) {
   char a[32], b[32], c[32];
-  vt_say(session, "%s: method %s, preset %s, levels 0 to %d, %d photographs\n", job->output, method_names[job->desc.method],
-         preset_names[job->desc.preset], job->tree.octree.level_count - 1, job->tree.view_count);
+  vt_say(session, "%s: method %s, preset %s, levels 0 to %d, %d photographs\n", job->output,
+         method_names[job->desc.method], preset_names[job->desc.preset], job->tree.octree.level_count - 1,
+         job->tree.view_count);
   vt_say(session, "  level  hull cells       cells  billboards      pruned  alpha RMSE\n");
   for (int l = 0; l < job->tree.octree.level_count; l++) {
     const vt_level_report *level = &job->reconstruction.levels[l];
@@ -194,7 +200,8 @@ static void say_summary(vt_session *session, const work *job) {
            (unsigned long long)(level->billboards_before - level->billboards), level->alpha_rmse);
   }
   vt_say(session, "  textures %s, %s %s; file %s\n", vt_show_bytes(job->raw_texture_bytes, a),
-         job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b), vt_show_bytes(job->file.file_bytes, c));
+         job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b),
+         vt_show_bytes(job->file.file_bytes, c));
   vt_say(session, "  seconds:");
   for (int i = 0; i < session->stage_count; i++)
     vt_say(session, "%s %s %.1f", i ? "," : "", session->stages[i].name, session->stages[i].seconds);
@@ -230,7 +237,8 @@ static vt_status write_pictures(vt_session *session, const work *job) {
   vt_render_desc desc = vt_default_render_desc();
   char *path = vt_print_text(session->context, "%s/levels.%s", session->report, vt_picture_ending());
   if (!path) return VT_OUT_OF_MEMORY;
-  vt_status status = vt_write_level_sheet(session, &job->tree, &desc, VT_BACKEND_AUTO, &job->tree.cameras[0], white, path);
+  vt_status status =
+      vt_write_level_sheet(session, &job->tree, &desc, VT_BACKEND_AUTO, &job->tree.cameras[0], white, path);
   vt_free(session->context, path);
   return status;
 }
@@ -239,9 +247,9 @@ static vt_status run(vt_session *session) {
   vt_context *context = session->context;
   const vt_arguments *arguments = &session->arguments;
   work job = {.source = arguments->operands[0],
-             .output = vt_text_of(arguments, "output", ""),
-             .packing = vt_compress_desc_of(arguments),
-             .raw = vt_given(arguments, "raw")};
+              .output = vt_text_of(arguments, "output", ""),
+              .packing = vt_compress_desc_of(arguments),
+              .raw = vt_given(arguments, "raw")};
   job.desc = vt_default_reconstruct_desc((vt_method)vt_choice_of(arguments, "method", VT_METHOD_BEST),
                                          (vt_preset)vt_choice_of(arguments, "preset", VT_PRESET_NORMAL));
   job.desc.leaf_level = vt_integer_of(arguments, "levels", 0);
@@ -266,14 +274,15 @@ static vt_status run(vt_session *session) {
   return status;
 }
 
-const vt_verb vt_verb_reconstruct = {
-    .name = "reconstruct",
-    .operands = "PHOTOS|CAPTURE",
-    .summary = "make a .vtree from photographs, everything by default",
-    .notes = "PHOTOS is a folder of photographs, a COLMAP workspace, or a folder with transforms.json; what is already there "
-             "is used. Photographs of transforms_test.json are never looked at. At least 3 photographs must get a camera; 30 "
-             "to 60 all around the tree are good.",
-    .example = "voltree reconstruct photos/ -o tree.vtree --preset draft --holdout 8",
-    .operand_count = 1,
-    .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
-    .run = run};
+const vt_verb vt_verb_reconstruct = {.name = "reconstruct",
+                                     .operands = "PHOTOS|CAPTURE",
+                                     .summary = "make a .vtree from photographs, everything by default",
+                                     .notes = "PHOTOS is a folder of photographs, a COLMAP workspace, or a folder with "
+                                              "transforms.json; what is already there "
+                                              "is used. Photographs of transforms_test.json are never looked at. At "
+                                              "least 3 photographs must get a camera; 30 "
+                                              "to 60 all around the tree are good.",
+                                     .example = "voltree reconstruct photos/ -o tree.vtree --preset draft --holdout 8",
+                                     .operand_count = 1,
+                                     .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
+                                     .run = run};

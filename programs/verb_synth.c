@@ -8,7 +8,8 @@
 
 // The words stand in the order of vt_synthetic_kind.
 static const vt_option options[] = {
-    {"kind", 0, VT_OPTION_CHOICE, "tree|ball|shell|blobs", 0, 0, false, "a grown tree, or a phantom of known extinction"},
+    {"kind", 0, VT_OPTION_CHOICE, "tree|ball|shell|blobs", 0, 0, false,
+     "a grown tree, or a phantom of known extinction"},
     {"seed", 0, VT_OPTION_INTEGER, "N", 0, 2147483647, false, "another tree for each N"},
     {"views", 0, VT_OPTION_INTEGER, "N", 1, 1000, false, "photographs to reconstruct from"},
     {"test-views", 0, VT_OPTION_INTEGER, "N", 0, 1000, false, "photographs to judge against"},
@@ -59,8 +60,9 @@ const vt_verb vt_verb_synth = {
     .name = "synth",
     .operands = "OUT",
     .summary = "grow a tree and photograph it with exact cameras and mattes",
-    .notes = "OUT becomes a capture folder: pictures with alpha, transforms_train.json and transforms_test.json (or one "
-             "transforms.json without photographs to judge against). The same options give the same bytes.",
+    .notes =
+        "OUT becomes a capture folder: pictures with alpha, transforms_train.json and transforms_test.json (or one "
+        "transforms.json without photographs to judge against). The same options give the same bytes.",
     .example = "voltree synth oak --seed 7 --views 48 --test-views 12 --size 400",
     .operand_count = 1,
     .tables = {options, vt_common_options},

@@ -15,8 +15,8 @@ struct vt_window {
 };
 
 static vt_status complain(vt_context *context) {
-  return vt_fail(context, VT_FAILED, "window: %s; use voltree play --headless or voltree render where there is no display",
-                 SDL_GetError());
+  return vt_fail(context, VT_FAILED,
+                 "window: %s; use voltree play --headless or voltree render where there is no display", SDL_GetError());
 }
 
 vt_status vt_open_window(vt_context *context, const char *title, int width, int height, vt_window **out) {
@@ -30,7 +30,8 @@ vt_status vt_open_window(vt_context *context, const char *title, int width, int 
     SDL_Quit();
     return VT_OUT_OF_MEMORY;
   }
-  window->window = SDL_CreateWindow(title, SDL_WINDOWPOS_UNDEFINED, SDL_WINDOWPOS_UNDEFINED, width, height, SDL_WINDOW_RESIZABLE);
+  window->window =
+      SDL_CreateWindow(title, SDL_WINDOWPOS_UNDEFINED, SDL_WINDOWPOS_UNDEFINED, width, height, SDL_WINDOW_RESIZABLE);
   if (window->window) window->renderer = SDL_CreateRenderer(window->window, -1, SDL_RENDERER_SOFTWARE);
   if (!window->renderer) {
     vt_status status = complain(context);
@@ -54,18 +55,28 @@ void vt_window_size(const vt_window *window, int *width, int *height) {
   if (SDL_GetRendererOutputSize(window->renderer, width, height) || *width < 1 || *height < 1) *width = *height = 1;
 }
 
-void vt_set_window_title(vt_window *window, const char *title) { SDL_SetWindowTitle(window->window, title); }
+void vt_set_window_title(vt_window *window, const char *title) {
+  SDL_SetWindowTitle(window->window, title);
+}
 
 static int key_of(SDL_Keycode key) {
   switch (key) {
-  case SDLK_ESCAPE: return VT_KEY_ESCAPE;
-  case SDLK_F12: return VT_KEY_F12;
-  case SDLK_LEFT: return VT_KEY_LEFT;
-  case SDLK_RIGHT: return VT_KEY_RIGHT;
-  case SDLK_UP: return VT_KEY_UP;
-  case SDLK_DOWN: return VT_KEY_DOWN;
-  case SDLK_HOME: return VT_KEY_HOME;
-  default: return key > 0 && key < 127 ? (int)key : 0;
+  case SDLK_ESCAPE:
+    return VT_KEY_ESCAPE;
+  case SDLK_F12:
+    return VT_KEY_F12;
+  case SDLK_LEFT:
+    return VT_KEY_LEFT;
+  case SDLK_RIGHT:
+    return VT_KEY_RIGHT;
+  case SDLK_UP:
+    return VT_KEY_UP;
+  case SDLK_DOWN:
+    return VT_KEY_DOWN;
+  case SDLK_HOME:
+    return VT_KEY_HOME;
+  default:
+    return key > 0 && key < 127 ? (int)key : 0;
   }
 }
 
@@ -73,7 +84,9 @@ static int key_of(SDL_Keycode key) {
 static bool translate(const vt_window *window, const SDL_Event *event, vt_event *out) {
   int width, height;
   switch (event->type) {
-  case SDL_QUIT: out->kind = VT_EVENT_QUIT; return true;
+  case SDL_QUIT:
+    out->kind = VT_EVENT_QUIT;
+    return true;
   case SDL_KEYDOWN:
     out->kind = VT_EVENT_KEY;
     out->key = key_of(event->key.keysym.sym);
@@ -92,7 +105,8 @@ static bool translate(const vt_window *window, const SDL_Event *event, vt_event 
   case SDL_WINDOWEVENT:
     out->kind = VT_EVENT_RESIZED;
     return event->window.event == SDL_WINDOWEVENT_SIZE_CHANGED || event->window.event == SDL_WINDOWEVENT_EXPOSED;
-  default: return false;
+  default:
+    return false;
   }
 }
 
@@ -110,7 +124,8 @@ vt_status vt_show_picture(vt_context *context, vt_window *window, const vt_image
   VT_ASSERT(rgb->channels == 3);
   if (!window->texture || window->texture_width != rgb->width || window->texture_height != rgb->height) {
     if (window->texture) SDL_DestroyTexture(window->texture);
-    window->texture = SDL_CreateTexture(window->renderer, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STREAMING, rgb->width, rgb->height);
+    window->texture = SDL_CreateTexture(window->renderer, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STREAMING,
+                                        rgb->width, rgb->height);
     window->texture_width = rgb->width;
     window->texture_height = rgb->height;
   }

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The visual hull, coarse to fine: a cell is carved when photographs that have its whole projection within their frame
-// see nothing but backdrop there. The projection of a cube of half edge h at camera point (x, y, z) lies within
-// f (|x| dz/z + dx) / (z - dz) of its centre, with dx, dz the half extents of the rotated cube: a rectangle, asked of a
+// see nothing but backdrop there. The projection of a cube lies within a rectangle (footprint.c), asked of a
 // summed-area table in four reads. Conservative in every step: pixels pooled by maximum, the rectangle grown by one
 // pixel, a photograph that cuts the cell off says nothing, and several photographs must agree where there are many
 // (mattes of real photographs miss thin twigs now and then).
 
 #include "reconstruct/hull.h"
+#include "reconstruct/footprint.h"
 
 typedef struct silhouette_job {
   const vt_views *views;
@@ -73,17 +73,12 @@ void vt_free_silhouettes(vt_context *context, vt_silhouettes *s) {
 typedef enum sight { OUTSIDE, CUT, EMPTY, FILLED } sight;
 
 static sight look_at_cell(const vt_camera *c, const uint32_t *sums, vt_vec3 centre, double half) {
-  const double *m = c->rotation.m;
-  vt_vec3 p = vt_to_camera(c, centre);
-  double dx = half * (fabs(m[0]) + fabs(m[1]) + fabs(m[2])), dy = half * (fabs(m[3]) + fabs(m[4]) + fabs(m[5])),
-         dz = half * (fabs(m[6]) + fabs(m[7]) + fabs(m[8])), nearest = p.z - dz;
-  if (p.z + dz <= 0) return OUTSIDE;
-  if (nearest <= 0) return CUT;
-  double ru = c->fx * (dx + fabs(p.x) * dz / p.z) / nearest, rv = c->fy * (dy + fabs(p.y) * dz / p.z) / nearest;
-  double u = c->fx * p.x / p.z + c->cx, v = c->fy * p.y / p.z + c->cy;
-  if (!(u + ru > 0 && v + rv > 0 && u - ru < c->width && v - rv < c->height)) return OUTSIDE;
-  if (u - ru < 0 || v - rv < 0 || u + ru > c->width || v + rv > c->height) return CUT;
-  int x0 = (int)(u - ru) - 1, y0 = (int)(v - rv) - 1, x1 = (int)(u + ru) + 2, y1 = (int)(v + rv) + 2;
+  vt_footprint f = vt_footprint_of(c, centre, half);
+  if (f.kind == VT_BEHIND) return OUTSIDE;
+  if (f.kind == VT_AROUND) return CUT;
+  if (!(f.right > 0 && f.bottom > 0 && f.left < c->width && f.top < c->height)) return OUTSIDE;
+  if (f.left < 0 || f.top < 0 || f.right > c->width || f.bottom > c->height) return CUT;
+  int x0 = (int)f.left - 1, y0 = (int)f.top - 1, x1 = (int)f.right + 2, y1 = (int)f.bottom + 2;
   if (x0 < 0) x0 = 0;
   if (y0 < 0) y0 = 0;
   if (x1 > c->width) x1 = c->width;

@@ -164,6 +164,13 @@ static vt_status texture_level(run *r, int level, const vt_rays *rays) {
   return status;
 }
 
+// A level whose cells cover about a block of the reduced pictures: fine enough to leave out empty pixels, and few.
+static int coarse_level_for(const run *r, int level, int factor) {
+  int coarse = level;
+  while (coarse > 0 && cell_pixels(r, coarse) < 8.0 * factor) coarse--;
+  return coarse;
+}
+
 // Everything of one level while its rays are in memory.
 static vt_status make_level(run *r, int level, int leaf) {
   vt_context *context = r->context;
@@ -182,7 +189,7 @@ static vt_status make_level(run *r, int level, int leaf) {
   double walk = vt_seconds();
   uint64_t bound = vt_max_memory(context) ? vt_max_memory(context) / 4 : LARGEST_RAY_STORE;
   vt_rays rays;
-  status = vt_collect_rays(context, octree, level, &reduced, bound, &rays);
+  status = vt_collect_rays(context, octree, level, coarse_level_for(r, level, reduced.factor), &reduced, bound, &rays);
   r->report->seconds_rays += vt_seconds() - walk;
   if (!status) status = solve_level(r, level, leaf, &rays);
   report->cells = octree->levels[level].cell_count;
@@ -306,7 +313,8 @@ vt_status vt_reconstruct_hull(vt_context *context, const vt_views *views, int le
   vt_level *cells = &out->octree.levels[level];
   for (uint32_t i = 0; i < cells->cell_count && !status; i++) cells->optical_depth[i] = 30;
   vt_rays rays = {0};
-  if (!status) status = vt_collect_rays(context, &out->octree, level, &reduced, LARGEST_RAY_STORE, &rays);
+  if (!status) status = vt_collect_rays(context, &out->octree, level, coarse_level_for(&r, level, reduced.factor), &reduced,
+                                          LARGEST_RAY_STORE, &rays);
   if (!status) status = vt_estimate_colour(context, &rays, cells, 0);
   vt_free_rays(context, &rays);
   out->octree.level_count = level + 1;

@@ -9,6 +9,7 @@
 // chords of a level are kept (8 bytes each) as long as a bound of memory allows, and renumbered when cells are dropped.
 
 #include "reconstruct/sweep.h"
+#include "reconstruct/footprint.h"
 
 #include <string.h>
 
@@ -35,9 +36,14 @@ static vt_status walk_view(const vt_rays *rays, int lane, int view, int stride, 
   vt_ray_lane *l = &rays->lanes[lane];
   const vt_camera *camera = &rays->views->cameras[view];
   const vt_image *picture = &rays->views->pictures[view];
+  const vt_pixel_blocks *blocks = &rays->blocks[view];
   for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < picture->height; band += VT_LANES)
     for (int y = band * BAND_ROWS; y < (band + 1) * BAND_ROWS && y < picture->height; y += stride)
       for (int x = 0; x < picture->width; x += stride) {
+        if (!blocks->marked[(size_t)(y / VT_BLOCK_PIXELS) * (size_t)blocks->width + (size_t)(x / VT_BLOCK_PIXELS)]) {
+          x = x / VT_BLOCK_PIXELS * VT_BLOCK_PIXELS + VT_BLOCK_PIXELS - stride; // the block's last
+          continue;
+        }
         vt_ray ray = vt_camera_ray(camera, x + 0.5, y + 0.5);
         size_t count = vt_walk_ray(rays->octree, rays->level, &ray, l->segments);
         if (!count) continue;
@@ -125,10 +131,34 @@ static void forget_kept(vt_context *context, vt_rays *rays) {
   rays->kept = false;
 }
 
-vt_status vt_collect_rays(vt_context *context, const vt_octree *octree, int level, const vt_reduced_views *views,
-                          uint64_t memory_bound, vt_rays *out) {
+typedef struct mark_job {
+  vt_context *context;
+  vt_rays *rays;
+  int level;
+} mark_job;
+
+static void mark_some(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  mark_job *job = user;
+  for (size_t v = begin; v < end; v++) // without memory `marked` stays NULL
+    (void)vt_mark_blocks(job->context, job->rays->octree, job->level, &job->rays->views->cameras[v], &job->rays->blocks[v]);
+}
+
+static vt_status mark_all_blocks(vt_context *context, vt_rays *rays, int coarse_level) {
+  size_t count = (size_t)rays->views->count;
+  rays->blocks = VT_NEW(context, vt_pixel_blocks, count);
+  if (!rays->blocks) return VT_OUT_OF_MEMORY;
+  vt_status status = vt_parallel(context, count, 1, mark_some, &(mark_job){context, rays, coarse_level});
+  for (size_t v = 0; v < count && !status; v++)
+    if (!rays->blocks[v].marked) status = VT_OUT_OF_MEMORY;
+  return status;
+}
+
+vt_status vt_collect_rays(vt_context *context, const vt_octree *octree, int level, int coarse_level,
+                          const vt_reduced_views *views, uint64_t memory_bound, vt_rays *out) {
+  VT_ASSERT(coarse_level >= 0 && coarse_level <= level);
   size_t max = vt_max_segments(&octree->levels[level]), count = (size_t)views->count;
-  *out = (vt_rays){octree, views, level, false, vt_alloc(context, VT_LANES, sizeof(vt_ray_lane))};
+  *out = (vt_rays){octree, views, level, NULL, false, vt_alloc(context, VT_LANES, sizeof(vt_ray_lane))};
   if (!out->lanes) return VT_OUT_OF_MEMORY;
   bool there = true;
   for (int i = 0; i < VT_LANES; i++) {
@@ -140,7 +170,8 @@ vt_status vt_collect_rays(vt_context *context, const vt_octree *octree, int leve
     there = there && lane->segments && lane->scratch && lane->first_ray && lane->first_chord;
   }
   collect_job job = {.context = context, .rays = out, .lane_bound = memory_bound / VT_LANES};
-  vt_status status = there ? vt_parallel(context, VT_LANES, 1, collect_lanes, &job) : VT_OUT_OF_MEMORY;
+  vt_status status = there ? mark_all_blocks(context, out, coarse_level) : VT_OUT_OF_MEMORY;
+  if (!status) status = vt_parallel(context, VT_LANES, 1, collect_lanes, &job);
   out->kept = true;
   for (int i = 0; i < VT_LANES; i++) out->kept = out->kept && !job.status[i];
   if (!status && !out->kept) {
@@ -162,6 +193,8 @@ void vt_free_rays(vt_context *context, vt_rays *rays) {
     vt_free(context, rays->lanes[i].first_ray);
     vt_free(context, rays->lanes[i].first_chord);
   }
+  for (int v = 0; v < rays->views->count && rays->blocks; v++) vt_free(context, rays->blocks[v].marked);
+  vt_free(context, rays->blocks);
   vt_free(context, rays->lanes);
   *rays = (vt_rays){0};
 }

@@ -33,14 +33,16 @@ typedef struct vt_rays {
   const vt_octree *octree;
   const vt_reduced_views *views;
   int level;
+  struct vt_pixel_blocks *blocks; // [views] pixels that may meet a cell; owned
   bool kept;                   // false: walked anew at each sweep
   struct vt_ray_lane *lanes;   // [VT_LANES]; owned
 } vt_rays;
 
-// Walks all rays that meet a cell of the level. memory_bound: bytes that may be kept; above it nothing is kept and each
+// Walks all rays that meet a cell of the level. coarse_level <= level: a level whose cells hold all cells of `level`; rays
+// are looked for only where its cells fall in the photographs. memory_bound: bytes that may be kept; above it nothing is kept and each
 // sweep walks again. The octree's level may afterwards change its values, and lose cells with vt_renumber_rays.
-vt_status vt_collect_rays(vt_context *, const vt_octree *, int level, const vt_reduced_views *, uint64_t memory_bound,
-                          vt_rays *out);
+vt_status vt_collect_rays(vt_context *, const vt_octree *, int level, int coarse_level, const vt_reduced_views *,
+                          uint64_t memory_bound, vt_rays *out);
 void vt_free_rays(vt_context *, vt_rays *);
 // After the level was filtered: new_index[old cell] is the cell's new number, or VT_NO_CELL.
 void vt_renumber_rays(vt_context *, vt_rays *, const uint32_t *new_index);

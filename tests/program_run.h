@@ -66,7 +66,9 @@ static void write_bytes(const char *path, const void *bytes, size_t size) {
   FILE *file = fopen(path, "wb");
   if (!file || fwrite(bytes, 1, size, file) != size || fclose(file)) printf("%s: not written\n", path), abort();
 }
-static void write_words(const char *path, const char *text) { write_bytes(path, text, strlen(text)); }
+static void write_words(const char *path, const char *text) {
+  write_bytes(path, text, strlen(text));
+}
 static void shell(const char *command) {
   if (system(command)) printf("%s: failed\n", command), abort();
 }

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/program_run.h"
 
-static const char *const verbs[] = {"synth", "capture", "reconstruct", "compress", "evaluate",
-                                    "render", "info", "export", "bench", "play"};
+static const char *const verbs[] = {"synth",  "capture", "reconstruct", "compress", "evaluate",
+                                    "render", "info",    "export",      "bench",    "play"};
 #define VERB_COUNT (sizeof verbs / sizeof *verbs)
 
 // ---- the command line
@@ -49,14 +49,15 @@ static void no_arguments_is_a_usage_error(void **state) {
 
 static void unknown_names_get_the_nearest_suggested(void **state) {
   (void)state;
-  static const struct { const char *words, *says; } cases[] = {
-      {"reconstrut a -o b", "did you mean reconstruct?"},
-      {"xyzzy", "xyzzy: unknown verb; voltree --help lists all"},
-      {"--threads 2 info", "the verb comes first"},
-      {"render a -o b.png --azimut 3", "did you mean --azimuth?"},
-      {"render a -o b.png --azi=3", "did you mean --azimuth?"},
-      {"info a --frobnicate", "--frobnicate: unknown option of info; voltree info --help lists all"},
-      {"info a -z", "-z: unknown option"}};
+  static const struct {
+    const char *words, *says;
+  } cases[] = {{"reconstrut a -o b", "did you mean reconstruct?"},
+               {"xyzzy", "xyzzy: unknown verb; voltree --help lists all"},
+               {"--threads 2 info", "the verb comes first"},
+               {"render a -o b.png --azimut 3", "did you mean --azimuth?"},
+               {"render a -o b.png --azi=3", "did you mean --azimuth?"},
+               {"info a --frobnicate", "--frobnicate: unknown option of info; voltree info --help lists all"},
+               {"info a -z", "-z: unknown option"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     outcome *o = run(cases[i].words);
     assert_code(o, 2);
@@ -67,37 +68,38 @@ static void unknown_names_get_the_nearest_suggested(void **state) {
 
 static void every_value_is_checked_before_the_work(void **state) {
   (void)state;
-  static const struct { const char *words, *says; } cases[] = {
-      {"synth", "OUT is missing"},
-      {"evaluate tree.vtree", "CAPTURE is missing"},
-      {"synth a b", "b: one name too many"},
-      {"reconstruct a", "-o TREE.vtree is missing"},
-      {"synth a --views", "--views: its value is missing"},
-      {"synth a --views=", "not a whole number"},
-      {"synth a --views 0", "from 1 to 1000"},
-      {"synth a --views 12x", "not a whole number"},
-      {"synth a --views 99999999999999999999", "not a whole number"},
-      {"synth a --kind oak", "tree|ball|shell|blobs"},
-      {"synth a --quiet=yes", "takes no value"},
-      {"synth a --threads 0", "from 1 to 64"},
-      {"synth a --max-memory lots", "give it like 4G"},
-      {"synth a --max-memory -3", "give it like 4G"},
-      {"reconstruct a -o b --time-budget nan", "not a number"},
-      {"reconstruct a -o b --levels 11", "from 1 to 10"},
-      {"reconstruct a -o b --method 2005", "2004|2006|best"},
-      {"reconstruct a -o", "its value is missing"},
-      {"reconstruct a -o ''", "its value is empty"},
-      {"reconstruct '' -o b", "empty name"},
-      {"render a -o b.png --size 10", "like 800x600"},
-      {"render a -o b.png --size 0x4", "like 800x600"},
-      {"render a -o b.png --background red", "R,G,B"},
-      {"render a -o b.png --background 1,2,256", "R,G,B"},
-      {"render a -o b.xyz", "give a name that ends in"},
-      {"render a -o b --turntable 4 --levels-sheet", "give one of them"},
-      {"export a -o b.obj", "ends in .ply"},
-      {"bench nonsense", "there is frontier"},
-      {"evaluate a b --background none", "give white, black"},
-      {"play a --headless 3", "-o DIR go together"}};
+  static const struct {
+    const char *words, *says;
+  } cases[] = {{"synth", "OUT is missing"},
+               {"evaluate tree.vtree", "CAPTURE is missing"},
+               {"synth a b", "b: one name too many"},
+               {"reconstruct a", "-o TREE.vtree is missing"},
+               {"synth a --views", "--views: its value is missing"},
+               {"synth a --views=", "not a whole number"},
+               {"synth a --views 0", "from 1 to 1000"},
+               {"synth a --views 12x", "not a whole number"},
+               {"synth a --views 99999999999999999999", "not a whole number"},
+               {"synth a --kind oak", "tree|ball|shell|blobs"},
+               {"synth a --quiet=yes", "takes no value"},
+               {"synth a --threads 0", "from 1 to 64"},
+               {"synth a --max-memory lots", "give it like 4G"},
+               {"synth a --max-memory -3", "give it like 4G"},
+               {"reconstruct a -o b --time-budget nan", "not a number"},
+               {"reconstruct a -o b --levels 11", "from 1 to 10"},
+               {"reconstruct a -o b --method 2005", "2004|2006|best"},
+               {"reconstruct a -o", "its value is missing"},
+               {"reconstruct a -o ''", "its value is empty"},
+               {"reconstruct '' -o b", "empty name"},
+               {"render a -o b.png --size 10", "like 800x600"},
+               {"render a -o b.png --size 0x4", "like 800x600"},
+               {"render a -o b.png --background red", "R,G,B"},
+               {"render a -o b.png --background 1,2,256", "R,G,B"},
+               {"render a -o b.xyz", "give a name that ends in"},
+               {"render a -o b --turntable 4 --levels-sheet", "give one of them"},
+               {"export a -o b.obj", "ends in .ply"},
+               {"bench nonsense", "there is frontier"},
+               {"evaluate a b --background none", "give white, black"},
+               {"play a --headless 3", "-o DIR go together"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     outcome *o = run(cases[i].words);
     if (o->code != 2) printf("%s\n", cases[i].words);
@@ -115,8 +117,10 @@ static int made; // the small tree that the tests below look at
 static void make_tree(void) {
   if (made) return;
   assert_code(run("synth cap --size 64 --views 12 --test-views 3 --leaves 400 --seed 3 -q"), 0);
-  assert_code(run("reconstruct cap -o tree.vtree --preset draft --levels 4 --holdout 4 --threads 2 -q --alpha-codewords 64 "
-                  "--colour-codewords 64"), 0);
+  assert_code(
+      run("reconstruct cap -o tree.vtree --preset draft --levels 4 --holdout 4 --threads 2 -q --alpha-codewords 64 "
+          "--colour-codewords 64"),
+      0);
   made = 1;
 }
 
@@ -140,8 +144,9 @@ static void quiet_says_nothing(void **state) {
 static void reconstruct_reports_stages_levels_and_held_out_scores(void **state) {
   (void)state;
   make_tree();
-  outcome *o = run("reconstruct cap -o again.vtree --preset draft --levels 4 --holdout 4 --threads 1 --alpha-codewords 64 "
-                   "--colour-codewords 64 --json - --report rep");
+  outcome *o =
+      run("reconstruct cap -o again.vtree --preset draft --levels 4 --holdout 4 --threads 1 --alpha-codewords 64 "
+          "--colour-codewords 64 --json - --report rep");
   assert_code(o, 0);
   assert_true(o->out[0] == '{');
   assert_int_equal(number_in(o->out, "schema_version"), 1);
@@ -167,7 +172,8 @@ static void evaluate_beats_white_and_fails_below_a_wanted_quality(void **state) 
   assert_int_equal(number_in(json, "views"), 3);
   assert_int_equal(number_in(json, "level"), 4);
   assert_true(number_in(json, "psnr") > number_in(json, "white"));
-  assert_true(number_in(json, "ssim") > 0.3 && number_in(json, "alpha_rmse") < 0.4 && number_in(json, "psnr_foreground") > 5);
+  assert_true(number_in(json, "ssim") > 0.3 && number_in(json, "alpha_rmse") < 0.4 &&
+              number_in(json, "psnr_foreground") > 5);
   assert_true(number_in(json, "seconds_per_frame") > 0);
   assert_true(exists("er/contact_sheet.png") && exists("er/report.json"));
   o = run("evaluate tree.vtree cap --split holdout --backend cpu --no-predictors --min-psnr 60 --json -");
@@ -225,7 +231,8 @@ static void raw_trees_are_packed_by_compress_once(void **state) {
   (void)state;
   make_tree();
   assert_code(run("reconstruct cap -o raw.vtree --preset draft --levels 3 --raw -q"), 0);
-  outcome *o = run("compress raw.vtree -o packed.vtree --colour-codewords 16 --alpha-codewords 16 --quantiser lab-gla --json -");
+  outcome *o =
+      run("compress raw.vtree -o packed.vtree --colour-codewords 16 --alpha-codewords 16 --quantiser lab-gla --json -");
   assert_code(o, 0);
   assert_says(o->out, "\"lab-gla\"");
   assert_true(size_of("packed.vtree") < size_of("raw.vtree"));
@@ -272,8 +279,9 @@ static void too_little_memory_is_exit_6(void **state) {
 
 static void interrupted_work_leaves_nothing(void **state) {
   (void)state;
-  static char *words[] = {(char *)"voltree", (char *)"synth", (char *)"cut", (char *)"--size", (char *)"1500",
-                          (char *)"--views", (char *)"900", (char *)"--quiet", NULL};
+  static char *words[] = {(char *)"voltree", (char *)"synth",   (char *)"cut",
+                          (char *)"--size",  (char *)"1500",    (char *)"--views",
+                          (char *)"900",     (char *)"--quiet", NULL};
   int status = 0;
   for (int wait = 1; wait < 10; wait *= 3) { // a signal before the program has begun only kills it: then wait longer
     pid_t child = fork();
@@ -297,24 +305,24 @@ static void interrupted_work_leaves_nothing(void **state) {
 int main(void) {
   if (enter_folder()) return 77;
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(every_verb_explains_itself),
-      cmocka_unit_test(overview_names_all_verbs_and_exit_codes),
-      cmocka_unit_test(no_arguments_is_a_usage_error),
-      cmocka_unit_test(unknown_names_get_the_nearest_suggested),
-      cmocka_unit_test(every_value_is_checked_before_the_work),
+    cmocka_unit_test(every_verb_explains_itself),
+    cmocka_unit_test(overview_names_all_verbs_and_exit_codes),
+    cmocka_unit_test(no_arguments_is_a_usage_error),
+    cmocka_unit_test(unknown_names_get_the_nearest_suggested),
+    cmocka_unit_test(every_value_is_checked_before_the_work),
 #if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
-      cmocka_unit_test(quiet_says_nothing),
-      cmocka_unit_test(reconstruct_reports_stages_levels_and_held_out_scores),
-      cmocka_unit_test(evaluate_beats_white_and_fails_below_a_wanted_quality),
-      cmocka_unit_test(evaluate_refuses_photographs_with_other_cameras),
-      cmocka_unit_test(render_draws_pictures_turntables_and_sheets),
-      cmocka_unit_test(export_writes_a_point_for_each_cell),
-      cmocka_unit_test(raw_trees_are_packed_by_compress_once),
-      cmocka_unit_test(play_runs_without_a_window),
-      cmocka_unit_test(bench_shows_time_and_error),
-      cmocka_unit_test(too_little_memory_is_exit_6),
+    cmocka_unit_test(quiet_says_nothing),
+    cmocka_unit_test(reconstruct_reports_stages_levels_and_held_out_scores),
+    cmocka_unit_test(evaluate_beats_white_and_fails_below_a_wanted_quality),
+    cmocka_unit_test(evaluate_refuses_photographs_with_other_cameras),
+    cmocka_unit_test(render_draws_pictures_turntables_and_sheets),
+    cmocka_unit_test(export_writes_a_point_for_each_cell),
+    cmocka_unit_test(raw_trees_are_packed_by_compress_once),
+    cmocka_unit_test(play_runs_without_a_window),
+    cmocka_unit_test(bench_shows_time_and_error),
+    cmocka_unit_test(too_little_memory_is_exit_6),
 #endif
-      cmocka_unit_test(interrupted_work_leaves_nothing),
+    cmocka_unit_test(interrupted_work_leaves_nothing),
   };
   int failed = cmocka_run_group_tests(tests, NULL, NULL);
   leave_folder();

@@ -1,9 +1,9 @@
-// test_program_bad_input.c - whatever is wrong with the input: the right exit code, one sentence that names it, no output
+// test_program_bad_input.c - bad input gives the right exit code, one sentence that names it, and no output
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/program_run.h"
 
-// Runs and expects: the exit code; exactly one line "voltree: what: why" on stderr, with `name` in it; no file "out" of any
-// kind and no temporary file.
+// Runs and expects: the exit code; exactly one line "voltree: what: why" on stderr, with `name` in it; no file "out" of
+// any kind and no temporary file.
 #define expect_trouble(words_, code_, name_)                                                                           \
   do {                                                                                                                 \
     outcome *o_ = run(words_);                                                                                         \
@@ -88,7 +88,9 @@ static const char *photo(void) { // the first picture of "bad", found as it lies
   path[strcspn(path, "\n")] = 0;
   return path;
 }
-static const char *name_of(const char *path) { return strrchr(path, '/') + 1; }
+static const char *name_of(const char *path) {
+  return strrchr(path, '/') + 1;
+}
 
 static void damaged_pictures_are_named(void **state) {
   (void)state;
@@ -117,17 +119,19 @@ static void one_photograph_is_too_few(void **state) {
   expect_trouble("capture one -o out", 4, "one");
 }
 
-static const char frame[] = "{\"camera_angle_x\": 0.7, \"frames\": [{\"file_path\": \"%s\", \"transform_matrix\": [[%s, 0, 0, 0], "
-                            "[0, %s, 0, -4], [0, 0, 1, 0], [0, 0, 0, 1]]}]}";
+static const char frame[] =
+    "{\"camera_angle_x\": 0.7, \"frames\": [{\"file_path\": \"%s\", \"transform_matrix\": [[%s, 0, 0, 0], "
+    "[0, %s, 0, -4], [0, 0, 1, 0], [0, 0, 0, 1]]}]}";
 
 static void bad_transforms_are_refused_with_their_file(void **state) {
   (void)state;
-  static const struct { const char *picture, *a, *b, *says; } cases[] = {
-      {"a.png", "NaN", "1", "transforms.json"},    // no JSON
-      {"a.png", "1e999", "1", "transforms.json"},  // no number
-      {"a.png", "0", "1", "a.png"},                // singular
-      {"a.png", "-1", "1", "a.png"},               // a mirror
-      {"missing.png", "1", "1", "missing.png"}};
+  static const struct {
+    const char *picture, *a, *b, *says;
+  } cases[] = {{"a.png", "NaN", "1", "transforms.json"},   // no JSON
+               {"a.png", "1e999", "1", "transforms.json"}, // no number
+               {"a.png", "0", "1", "a.png"},               // singular
+               {"a.png", "-1", "1", "a.png"},              // a mirror
+               {"missing.png", "1", "1", "missing.png"}};
   copy_capture();
   char command[400], text[600];
   snprintf(command, sizeof command, "rm -rf tf && mkdir tf && cp '%s' tf/a.png", photo());
@@ -149,7 +153,8 @@ static void a_colmap_model_without_pictures_is_refused(void **state) {
   (void)state;
   shell("rm -rf ws && mkdir -p ws/sparse/0");
   write_words("ws/sparse/0/cameras.txt", "1 PINHOLE 48 48 60 60 24 24\n");
-  write_words("ws/sparse/0/images.txt", "1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 0.1 0 4 1 b.png\n\n3 1 0 0 0 0.2 0 4 1 c.png\n\n");
+  write_words("ws/sparse/0/images.txt",
+              "1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 0.1 0 4 1 b.png\n\n3 1 0 0 0 0.2 0 4 1 c.png\n\n");
   write_words("ws/sparse/0/points3D.txt", "");
   outcome *o = run("reconstruct ws -o out.vtree");
   assert_true(o->code == 3 || o->code == 4);
@@ -195,16 +200,16 @@ static void evaluate_without_photographs_to_judge_on_says_so(void **state) {
 int main(void) {
   if (enter_folder()) return 77;
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(missing_and_empty_folders_are_named),
-      cmocka_unit_test(outputs_that_cannot_be_written_fail_before_the_work),
-      cmocka_unit_test(no_tree_at_all_is_refused),
+    cmocka_unit_test(missing_and_empty_folders_are_named),
+    cmocka_unit_test(outputs_that_cannot_be_written_fail_before_the_work),
+    cmocka_unit_test(no_tree_at_all_is_refused),
 #if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
-      cmocka_unit_test(damaged_pictures_are_named),
-      cmocka_unit_test(one_photograph_is_too_few),
-      cmocka_unit_test(bad_transforms_are_refused_with_their_file),
-      cmocka_unit_test(a_colmap_model_without_pictures_is_refused),
-      cmocka_unit_test(damaged_trees_are_refused_by_every_verb),
-      cmocka_unit_test(evaluate_without_photographs_to_judge_on_says_so),
+    cmocka_unit_test(damaged_pictures_are_named),
+    cmocka_unit_test(one_photograph_is_too_few),
+    cmocka_unit_test(bad_transforms_are_refused_with_their_file),
+    cmocka_unit_test(a_colmap_model_without_pictures_is_refused),
+    cmocka_unit_test(damaged_trees_are_refused_by_every_verb),
+    cmocka_unit_test(evaluate_without_photographs_to_judge_on_says_so),
 #endif
   };
   int failed = cmocka_run_group_tests(tests, NULL, NULL);

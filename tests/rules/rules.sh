@@ -141,15 +141,13 @@ rule_sizes() {
 }
 
 rule_headers() {
-  local cc=$1 cxx=${2:-} header warn='-Wall -Wextra -Werror -Wno-unused-function -Wno-unused-variable -Wno-missing-field-initializers'
-  local common='-fsyntax-only -I. -D_POSIX_C_SOURCE=200809L -DVT_VERSION="" -DVT_PROGRAM="" -DVT_SOURCE_DIR="" -DVT_DATASETS_DIR=""'
+  local cc=$1 cxx=${2:-} header
+  local flags=(-fsyntax-only -I. -D_POSIX_C_SOURCE=200809L '-DVT_VERSION=""' '-DVT_PROGRAM=""' '-DVT_SOURCE_DIR=""'
+    '-DVT_DATASETS_DIR=""' -Wall -Wextra -Werror -Wno-unused-function -Wno-unused-variable -Wno-missing-field-initializers)
   for header in $(sources h); do
-    # shellcheck disable=SC2086
-    $cc -std=c17 $common $warn -x c "$header" || breach "$header:1: does not compile alone as C17"
+    "$cc" -std=c17 "${flags[@]}" -x c "$header" || breach "$header:1: does not compile alone as C17"
     case $header in tests/*) continue ;; esac # tests are written in C
-    [ -z "$cxx" ] && continue
-    # shellcheck disable=SC2086
-    $cxx -std=c++17 $common $warn -x c++ "$header" || breach "$header:1: does not compile alone as C++17"
+    [ -z "$cxx" ] || "$cxx" -std=c++17 "${flags[@]}" -x c++ "$header" || breach "$header:1: does not compile alone as C++17"
   done
   [ -n "$cxx" ] || echo 'no C++ compiler in this build: headers are checked as C17 only'
 }
