@@ -25,10 +25,10 @@ vt_compress_desc vt_default_compress_desc(void) {
   return (vt_compress_desc){.cookie = VT_COOKIE,
                             .quantiser = VT_LAB_GLA,
                             .alpha_codewords = 1024,
-                            .colour_codewords = 1024,
+                            .colour_codewords = 512,
                             .max_iterations = 60,
-                            .stop_gain = 1e-3,
-                            .training_tiles = 200000,
+                            .stop_gain = 2e-3,
+                            .training_tiles = 100000,
                             .seed = 1};
 }
 

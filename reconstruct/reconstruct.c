@@ -97,11 +97,11 @@ static vt_status carve_level(run *r, int level) {
   return status;
 }
 
-// A cell thinner than what half a pixel of full opacity would give, or than 0.03, is empty.
+// A cell thinner than what half a pixel of full opacity would give, or than 0.01, is empty.
 static vt_status prune_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   double pixels = cell_pixels(r, level);
-  float least = level < leaf ? 0.003f : (float)fmin(0.03, 0.5 / (pixels * pixels));
+  float least = level < leaf ? 0.003f : (float)fmin(0.01, 0.5 / (pixels * pixels));
   uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
   if (!keep) return VT_OUT_OF_MEMORY;
   for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-typedef enum vt_backend { VT_BACKEND_AUTO, VT_BACKEND_GL, VT_BACKEND_CPU } vt_backend; // auto: GL if it works, else CPU
+typedef enum vt_backend { VT_BACKEND_AUTO, VT_BACKEND_GL, VT_BACKEND_CPU } vt_backend; // auto: GL on a GPU, else CPU
 
 typedef struct vt_render_desc {
   uint32_t cookie;

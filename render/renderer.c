@@ -18,7 +18,7 @@ struct vt_renderer {
 
 vt_render_desc vt_default_render_desc(void) {
   return (vt_render_desc){
-      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 2, .blend = VT_BLEND_SUM};
+      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 2, .blend = VT_BLEND_GEOMETRIC};
 }
 
 static void use_cpu(vt_context *context, vt_renderer *renderer) {
@@ -36,6 +36,10 @@ static bool may_draw_on_cpu(vt_context *context, const vt_renderer *renderer, vt
   return true;
 }
 
+static bool is_software(const char *driver) {
+  return strstr(driver, "llvmpipe") || strstr(driver, "softpipe") || strstr(driver, "swrast");
+}
+
 vt_status vt_create_renderer(vt_context *context, const vt_tree *tree, vt_backend backend, vt_renderer **out) {
   *out = NULL;
   vt_renderer *renderer = VT_NEW(context, vt_renderer, 1);
@@ -49,6 +53,8 @@ vt_status vt_create_renderer(vt_context *context, const vt_tree *tree, vt_backen
       vt_free(context, renderer);
       return status;
     }
+    // where OpenGL is itself drawn by the processor our own renderer is as fast, and obeys --threads
+    if (renderer->gl && backend == VT_BACKEND_AUTO && is_software(vt_gl_name(renderer->gl))) use_cpu(context, renderer);
     if (renderer->gl) snprintf(renderer->name, sizeof renderer->name, "OpenGL: %s", vt_gl_name(renderer->gl));
   }
   *out = renderer;

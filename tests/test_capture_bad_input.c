@@ -1,8 +1,8 @@
-// test_capture_bad_input.c - captures that cannot be used are refused with a sentence that names the file, and never
-// crash SPDX-License-Identifier: BSD-3-Clause
+// test_capture_bad_input.c - captures that cannot be used are refused with a sentence that names the file
+// SPDX-License-Identifier: BSD-3-Clause
 
 #include "capture/colmap_model.h"
-#include "capture_folders.h"
+#include "tests/capture_folders.h"
 
 #define IDENTITY "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
 #define ONE_FRAME(head, matrix) "{" head "\"frames\": [{\"file_path\": \"a.pam\", \"transform_matrix\": " matrix "}]}"

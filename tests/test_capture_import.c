@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include "capture/transforms.h"
-#include "capture_folders.h"
+#include "tests/capture_folders.h"
 
 #ifdef VT_WITH_JANSSON
 static bool same_pixels(const vt_image *a, const vt_image *b) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include "capture/colmap_model.h"
-#include "capture_folders.h"
+#include "tests/capture_folders.h"
 
 #include <sys/stat.h>
 
