@@ -13,7 +13,7 @@
 
 #define MAX_NEIGHBOURS 8
 
-vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 4}; }
+vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 4}; }
 
 typedef struct billboard_job {
   const vt_billboard_desc *desc;
@@ -51,6 +51,7 @@ static bool is_needed(const billboard_job *job, int view, size_t cell) {
   const uint8_t *visibility = job->agreement->visibility;
   int least = 1 + (int)(254 * (1 - job->desc->hidden_threshold));
   if (!visibility[(size_t)view * cells + cell]) return false;
+  if (job->tree->octree.levels[job->level].optical_depth[cell] < job->desc->least_depth) return false;
   if (!job->desc->prune || visibility[(size_t)view * cells + cell] > least) return true;
   for (int i = 0; i < job->near_count; i++)
     if (visibility[(size_t)job->near[view][i] * cells + cell] > least) return true;

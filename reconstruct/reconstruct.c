@@ -31,8 +31,8 @@ static recipe recipe_of(const vt_reconstruct_desc *desc) {
   r.billboard.hidden_threshold = desc->hidden_threshold;
   if (desc->preset == VT_PRESET_DRAFT) r.opacity.iterations = 2;
   if (desc->method == VT_METHOD_BEST) {
-    r.refine_epochs = desc->preset == VT_PRESET_DRAFT ? 0 : desc->preset == VT_PRESET_NORMAL ? 3 : 6;
-    r.refined_levels = desc->preset == VT_PRESET_HIGH ? 3 : 2;
+    r.refine_epochs = desc->preset == VT_PRESET_DRAFT ? 0 : desc->preset == VT_PRESET_NORMAL ? 4 : 8;
+    r.refined_levels = desc->preset == VT_PRESET_HIGH ? 2 : 1;
   } else {
     r.opacity.domain = VT_LOG_DOMAIN;
     r.colour_iterations = 0;
@@ -98,10 +98,16 @@ static vt_status carve_level(run *r, int level) {
 }
 
 // A cell thinner than what half a pixel of full opacity would give, or than 0.01, is empty.
-static vt_status prune_level(run *r, int level, int leaf, vt_rays *rays) {
-  vt_level *cells = &r->tree->octree.levels[level];
+static float least_depth(const run *r, int level) {
   double pixels = cell_pixels(r, level);
-  float least = level < leaf ? 0.003f : (float)fmin(0.01, 0.5 / (pixels * pixels));
+  return (float)fmin(0.01, 0.5 / (pixels * pixels));
+}
+
+// Only the leaf level loses its empty cells: on coarser ones they may still hold the tips of twigs, and their children
+// are looked for within them. They get no textures.
+static vt_status prune_level(run *r, int level, vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  float least = least_depth(r, level);
   uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
   if (!keep) return VT_OUT_OF_MEMORY;
   for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
@@ -133,7 +139,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   double start = vt_seconds();
   vt_opacity_report opacity;
   vt_status status = vt_estimate_opacity(context, &r->recipe.opacity, rays, cells, &opacity);
-  if (!status && level >= leaf - 1) status = prune_level(r, level, leaf, rays);
+  if (!status && level == leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
   if (!status) status = vt_estimate_colour(context, rays, cells, r->recipe.colour_iterations);
   double coloured = vt_seconds();
@@ -142,7 +148,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
     refine.epochs = r->recipe.refine_epochs;
     if (r->desc->time_budget > 0) refine.deadline = r->start + 0.7 * r->desc->time_budget;
     status = vt_refine(context, &refine, rays, cells);
-    if (!status) status = prune_level(r, level, leaf, rays);
+    if (!status && level == leaf) status = prune_level(r, level, rays);
   }
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;
@@ -156,7 +162,9 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
 static vt_status texture_level(run *r, int level, const vt_rays *rays) {
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
-  vt_status status = vt_make_billboards(r->context, &r->recipe.billboard, rays, r->tree);
+  vt_billboard_desc desc = r->recipe.billboard;
+  desc.least_depth = least_depth(r, level);
+  vt_status status = vt_make_billboards(r->context, &desc, rays, r->tree);
   report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
   report->billboards = r->tree->tiles[level].tile_count;
   report->seconds_tiles = vt_seconds() - start;
