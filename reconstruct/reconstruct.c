@@ -11,6 +11,7 @@
 #include "reconstruct/colour.h"
 #include "reconstruct/hull.h"
 #include "reconstruct/opacity.h"
+#include "reconstruct/probe_level.h"
 #include "reconstruct/refine.h"
 
 #define LARGEST_RAY_STORE (3ull << 30) // bytes, where --max-memory sets no other bound
@@ -207,6 +208,7 @@ static vt_status make_level(run *r, int level, int leaf) {
          report->hull_cells, report->cells, (unsigned long long)report->rays, 100 * report->saturated_share,
          report->alpha_rmse, report->seconds_opacity);
   if (!status && report->cells) status = texture_level(r, level, &rays);
+  if (!status && report->cells) status = vt_probe_level(context, r->tree, level, &reduced);
   vt_free_rays(context, &rays);
   vt_free_reduced_views(context, &reduced);
   return status;

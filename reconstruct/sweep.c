@@ -231,7 +231,19 @@ static void renumber_lanes(void *user, size_t begin, size_t end, int worker) {
 }
 
 void vt_renumber_rays(vt_context *context, vt_rays *rays, const uint32_t *new_index) {
-  if (rays->kept) (void)vt_parallel(context, VT_LANES, 1, renumber_lanes, &(renumber_job){rays, new_index});
+  if (!rays->kept) return;
+  (void)vt_parallel(context, VT_LANES, 1, renumber_lanes, &(renumber_job){rays, new_index});
+  for (int i = 0; i < VT_LANES; i++) { // give back what the dropped cells took
+    vt_ray_lane *lane = &rays->lanes[i];
+    if (lane->chord_count > lane->chord_capacity / 2) continue;
+    vt_chord *fewer = vt_realloc(context, lane->chords, lane->chord_count, sizeof *fewer);
+    if (!fewer) { // no room for a moment's copy: the larger block stays
+      vt_clear_error(context);
+      continue;
+    }
+    lane->chords = fewer;
+    lane->chord_capacity = lane->chord_count;
+  }
 }
 
 typedef struct sweep_job {
