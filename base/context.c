@@ -209,6 +209,12 @@ uint64_t vt_peak_bytes(const vt_context *context) { return context->peak_bytes; 
 void vt_reset_peak(vt_context *context) { context->peak_bytes = context->bytes_in_use; }
 uint64_t vt_max_memory(const vt_context *context) { return context->desc.max_memory; }
 
+uint64_t vt_memory_bound(const vt_context *context) {
+  if (context->desc.max_memory) return context->desc.max_memory;
+  long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+  return pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page / 4 * 3 : UINT64_MAX;
+}
+
 // ---- threads
 
 int vt_thread_count(const vt_context *context) { return context->thread_count; }

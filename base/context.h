@@ -59,6 +59,7 @@ uint64_t vt_bytes_in_use(const vt_context *context);
 uint64_t vt_peak_bytes(const vt_context *context); // highest since creation or vt_reset_peak
 void vt_reset_peak(vt_context *context);
 uint64_t vt_max_memory(const vt_context *context); // 0: no bound
+uint64_t vt_memory_bound(const vt_context *context); // max_memory, or three quarters of the machine's where it is 0
 #define VT_NEW(context, type, count) ((type *)vt_alloc((context), (count), sizeof(type)))
 
 // ---- threads

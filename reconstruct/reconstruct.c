@@ -14,7 +14,7 @@
 #include "reconstruct/probe_level.h"
 #include "reconstruct/refine.h"
 
-#define LARGEST_RAY_STORE (3ull << 30) // bytes, where --max-memory sets no other bound
+#define LARGEST_RAY_STORE (3ull << 30) // bytes
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
@@ -24,17 +24,16 @@ vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset pres
 typedef struct recipe { // what method and preset mean
   vt_opacity_desc opacity;
   vt_billboard_desc billboard;
-  int colour_iterations, refine_epochs, refined_levels;
+  int colour_iterations, refine_epochs;
+  int finer_levels; // than the level at which a texel is a pixel
 } recipe;
 
 static recipe recipe_of(const vt_reconstruct_desc *desc) {
-  recipe r = {vt_default_opacity_desc(), vt_default_billboard_desc(), 2, 0, 0};
+  recipe r = {vt_default_opacity_desc(), vt_default_billboard_desc(), 2, 4, 0};
   r.billboard.hidden_threshold = desc->hidden_threshold;
-  if (desc->preset == VT_PRESET_DRAFT) r.opacity.iterations = 2;
-  if (desc->method == VT_METHOD_BEST) {
-    r.refine_epochs = desc->preset == VT_PRESET_DRAFT ? 0 : desc->preset == VT_PRESET_NORMAL ? 4 : 8;
-    r.refined_levels = desc->preset == VT_PRESET_HIGH ? 2 : 1;
-  } else {
+  r.finer_levels = desc->preset == VT_PRESET_DRAFT ? -1 : desc->preset == VT_PRESET_NORMAL ? 0 : 1;
+  if (desc->method != VT_METHOD_BEST) {
+    r.refine_epochs = 0;
     r.opacity.domain = VT_LOG_DOMAIN;
     r.colour_iterations = 0;
     r.billboard.prune = desc->method == VT_METHOD_2006;
@@ -61,7 +60,8 @@ static double cell_pixels(const run *r, int level) {
 static int default_leaf_level(const run *r) {
   int level = 1;
   while (level < VT_MAX_LEVEL && cell_pixels(r, level) > 1.5 * TEXELS_PER_EDGE(r->tree)) level++;
-  return level;
+  level += r->recipe.finer_levels;
+  return level < 1 ? 1 : level > VT_MAX_LEVEL ? VT_MAX_LEVEL : level;
 }
 
 static vt_status replace_level(run *r, int level, const uint8_t *keep, vt_rays *rays_or_null) {
@@ -142,14 +142,15 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_status status = vt_estimate_opacity(context, &r->recipe.opacity, rays, cells, &opacity);
   if (!status && level == leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
-  if (!status) status = vt_estimate_colour(context, rays, cells, r->recipe.colour_iterations);
+  bool refined = level == leaf && r->recipe.refine_epochs; // starts from the mean colour and does the rest itself
+  if (!status) status = vt_estimate_colour(context, rays, cells, refined ? 0 : r->recipe.colour_iterations);
   double coloured = vt_seconds();
-  if (!status && level > leaf - r->recipe.refined_levels && r->recipe.refine_epochs) {
+  if (!status && refined) {
     vt_refine_desc refine = vt_default_refine_desc();
     refine.epochs = r->recipe.refine_epochs;
     if (r->desc->time_budget > 0) refine.deadline = r->start + 0.7 * r->desc->time_budget;
     status = vt_refine(context, &refine, rays, cells);
-    if (!status && level == leaf) status = prune_level(r, level, rays);
+    if (!status) status = prune_level(r, level, rays);
   }
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;
@@ -180,25 +181,25 @@ static int coarse_level_for(const run *r, int level, int factor) {
   return coarse;
 }
 
-// Everything of one level while its rays are in memory.
+static uint64_t ray_bound(const run *r) {
+  uint64_t quarter = vt_memory_bound(r->context) / 4;
+  return quarter < LARGEST_RAY_STORE ? quarter : LARGEST_RAY_STORE;
+}
+
+// Everything of one level (already carved) while its rays are in memory.
 static vt_status make_level(run *r, int level, int leaf) {
   vt_context *context = r->context;
   vt_octree *octree = &r->tree->octree;
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
-  *report = (vt_level_report){.level = level};
-  vt_status status = begin_level(r, level);
-  if (!status) status = carve_level(r, level);
-  if (status) return status;
-  report->hull_cells = octree->levels[level].cell_count;
+  *report = (vt_level_report){.level = level, .hull_cells = octree->levels[level].cell_count};
   vt_reduced_views reduced;
-  status = reduce_for_level(r, level, &reduced);
+  vt_status status = reduce_for_level(r, level, &reduced);
   if (status) return status;
-  r->report->seconds_hull += vt_seconds() - start;
   double walk = vt_seconds();
-  uint64_t bound = vt_max_memory(context) ? vt_max_memory(context) / 4 : LARGEST_RAY_STORE;
   vt_rays rays;
-  status = vt_collect_rays(context, octree, level, coarse_level_for(r, level, reduced.factor), &reduced, bound, &rays);
+  status = vt_collect_rays(context, octree, level, coarse_level_for(r, level, reduced.factor), &reduced, ray_bound(r),
+                           &rays);
   r->report->seconds_rays += vt_seconds() - walk;
   if (!status) status = solve_level(r, level, leaf, &rays);
   report->cells = octree->levels[level].cell_count;
@@ -214,42 +215,51 @@ static vt_status make_level(run *r, int level, int leaf) {
   return status;
 }
 
-// Bytes that textures and work arrays of a level will take at most.
-static uint64_t level_bytes(const run *r, uint64_t cells) {
+// Bytes that a level will take, about: chords of rays, sums of the lanes, and textures of the cells that are kept (two in
+// five of the hull).
+static uint64_t level_bytes(const run *r, uint64_t hull_cells) {
   uint64_t tile = 4 * (uint64_t)(r->tree->texel_edge * r->tree->texel_edge), views = (uint64_t)r->views->count;
-  return cells * views * (tile + 5) + cells * 300;
+  uint64_t chords = hull_cells * views * 64, most = ray_bound(r);
+  return (chords < most ? chords : most) + hull_cells * (64 + 16 * VT_LANES) + hull_cells * 2 / 5 * views * (tile + 5);
 }
 
-static bool level_fits(const run *r, int level, double previous_seconds) {
-  uint64_t bound = vt_max_memory(r->context), cells = r->tree->octree.levels[level - 1].cell_count * (uint64_t)6;
-  if (bound && vt_bytes_in_use(r->context) + level_bytes(r, cells) > bound) {
-    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.0f MB, over --max-memory; the tree ends at level %d",
-           level, (double)level_bytes(r, cells) / 1e6, level - 1);
+// Whether the level after `level`, whose hull is known, can be made within memory and time.
+static bool next_level_fits(const run *r, int level, double seconds_per_cell) {
+  double growth = r->tree->octree.branching == 2 ? 6 : 13; // of the cells of a hull
+  uint64_t cells = (uint64_t)(growth * r->tree->octree.levels[level].cell_count), bound = vt_memory_bound(r->context);
+  if (vt_bytes_in_use(r->context) + level_bytes(r, cells) > bound) {
+    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.1f GB and there are %.1f GB; the tree ends at level %d",
+           level + 1, (double)level_bytes(r, cells) * 1e-9, (double)bound * 1e-9, level);
     return false;
   }
   double left = r->start + r->desc->time_budget - vt_seconds();
-  return !(r->desc->time_budget > 0) || 8 * previous_seconds < left;
+  return !(r->desc->time_budget > 0) || seconds_per_cell * (1 + growth) * r->tree->octree.levels[level].cell_count < left;
 }
 
 static vt_status make_all_levels(run *r, int leaf) {
-  vt_status status = VT_OK;
-  for (int level = 0; level <= leaf && !status; level++) {
-    const vt_level_report *last = &r->report->levels[level ? level - 1 : 0];
-    double previous = last->seconds_opacity + last->seconds_tiles;
-    if (level > 1 && !level_fits(r, level, previous)) break;
-    status = make_level(r, level, leaf);
+  double seconds_per_cell = 0; // of the last level, by cells of its hull
+  for (int level = 0; level <= leaf; level++) {
+    double start = vt_seconds();
+    vt_status status = begin_level(r, level);
+    if (!status) status = carve_level(r, level);
     if (status) return status;
-    if (!r->tree->octree.levels[level].cell_count) {
+    uint32_t cells = r->tree->octree.levels[level].cell_count;
+    if (!cells) {
       if (level < 2)
         return vt_fail(r->context, VT_BAD_INPUT, "mattes: nothing is left of the tree at level %d; check that masks are "
                        "white on the tree and that cameras and photographs belong together", level);
       vt_free_level(r->context, &r->tree->octree.levels[level]);
-      break;
+      return VT_OK;
     }
+    if (level > 3 && level < leaf && !next_level_fits(r, level, seconds_per_cell)) leaf = level;
+    r->report->seconds_hull += vt_seconds() - start;
+    status = make_level(r, level, leaf);
+    if (status) return status;
+    seconds_per_cell = (vt_seconds() - start) / cells;
     r->tree->octree.level_count = level + 1;
     vt_progress(r->context, "levels", (level + 1.0) / (leaf + 1));
   }
-  return status;
+  return VT_OK;
 }
 
 static vt_status prepare(run *r) {
@@ -279,9 +289,9 @@ static vt_status reconstruct_views(run *r) {
   int leaf = r->desc->leaf_level ? r->desc->leaf_level : default_leaf_level(r);
   if (r->tree->octree.branching == 3 && leaf > 6) leaf = 6; // 729 cells along an edge
   r->report->seconds_bounds = vt_seconds() - r->start;
-  r->report->estimated_bytes = level_bytes(r, (uint64_t)(2.0 * pow(r->tree->octree.branching, 2.3 * leaf)));
-  vt_log(r->context, VT_LOG_VERBOSE, "leaf level %d, cells of %.1f pixels; about %.0f MB before pruning", leaf,
-         cell_pixels(r, leaf), (double)r->report->estimated_bytes / 1e6);
+  r->report->estimated_bytes = level_bytes(r, (uint64_t)(3.0 * pow(r->tree->octree.branching, 2.3 * leaf)));
+  vt_log(r->context, VT_LOG_VERBOSE, "leaf level %d, cells of %.1f pixels; memory about %.1f GB for a full crown", leaf,
+         cell_pixels(r, leaf), (double)r->report->estimated_bytes * 1e-9);
   vt_reset_peak(r->context);
   status = make_all_levels(r, leaf);
   r->report->peak_bytes_opacity = r->report->peak_bytes_tiles = vt_peak_bytes(r->context);

@@ -21,6 +21,7 @@ typedef struct vt_reconstruct_desc {
   double time_budget;     // seconds of wall time for opacity and textures; 0: none. Fewer iterations and levels are done.
   double hidden_threshold; // a cell hidden behind more than this opacity (0..1) is invisible from a view [LRMDM06 3.2]
 } vt_reconstruct_desc;
+// Presets: normal ends at the level whose texels are about a pixel, draft one before, high one after.
 // 2004: branching 3, 8x8 texels, log-domain SART. 2006: octree, 4x4, log-domain SART, pruning. best: octree, 4x4,
 // transmittance-domain tomography and a joint fit of opacity and colour.
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method, vt_preset);
