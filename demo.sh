@@ -39,19 +39,19 @@ voltree=$PWD/build/release/programs/voltree
 rm -rf demo/capture demo/judged demo/turntable demo/reconstruct demo/tree.vtree
 if [ -z "$photos" ]; then
   echo "== a synthetic tree and its photographs"
-  "$voltree" synth demo/capture --views 40 --test-views 8 --size 320
+  "$voltree" synth demo/capture --views 48 --test-views 8 --size 400
   source=demo/capture holdout="" split=test
 else
   source=$photos holdout="--holdout 8" split=holdout
 fi
 echo "== reconstruct"
 # shellcheck disable=SC2086 # $holdout is two words or none
-"$voltree" reconstruct "$source" -o demo/tree.vtree --preset draft $holdout --max-image-size 1024 --json demo/report.json
+"$voltree" reconstruct "$source" -o demo/tree.vtree $holdout --max-image-size 1024 --json demo/report.json
 echo "== judge, on photographs that it has not seen"
 "$voltree" evaluate demo/tree.vtree "$source" --split $split --max-image-size 1024 --json demo/scores.json --report demo/judged
 echo "== draw"
-"$voltree" render demo/tree.vtree -o demo/levels.png --levels-sheet --size 320x320
-"$voltree" render demo/tree.vtree -o demo/turntable --turntable 36 --size 320x320
+"$voltree" render demo/tree.vtree -o demo/levels.png --levels-sheet --size 400x400
+"$voltree" render demo/tree.vtree -o demo/turntable --turntable 36 --size 400x400
 
 cat <<END
 

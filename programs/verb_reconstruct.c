@@ -74,6 +74,9 @@ static vt_status build(vt_session *session, work *job) {
   const vt_reconstruct_report *report = &job->reconstruction;
   vt_tree raw = {0};
   vt_begin_stage(session);
+  // exact mattes carve alone; estimated ones miss a thin twig now and then, so where there are many, two must agree
+  bool estimated = job->capture.matte != VT_MATTE_ALPHA && vt_count_views(&job->views, VT_TRAIN) >= 24;
+  job->desc.hull_votes = estimated ? 2 : 1;
   vt_status status = vt_reconstruct(context, &job->desc, &job->views, &raw, &job->reconstruction);
   if (status) goto done;
   vt_end_stage(session, "reconstruct");

@@ -9,7 +9,7 @@
 #include "reconstruct/agreement.h"
 #include "reconstruct/fast_exp.h"
 
-#define LEAST_LEFT 0.007f // transmittance below which a matte says no more
+#define LEAST_LEFT 0.015f // transmittance below which a matte says no more
 #define LEAST_RATIO 0.02f
 
 typedef struct agreement_job {

@@ -13,7 +13,7 @@
 
 #define MAX_NEIGHBOURS 8
 
-vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 4}; }
+vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 10}; }
 
 typedef struct billboard_job {
   const vt_billboard_desc *desc;

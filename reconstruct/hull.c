@@ -4,8 +4,8 @@
 // The visual hull, coarse to fine: a cell is carved when photographs that have its whole projection within their frame
 // see nothing but backdrop there. The projection of a cube lies within a rectangle (footprint.c), asked of a
 // summed-area table in four reads. Conservative in every step: pixels pooled by maximum, the rectangle grown by one
-// pixel, a photograph that cuts the cell off says nothing, and several photographs must agree where there are many
-// (mattes of real photographs miss thin twigs now and then).
+// pixel, a photograph that cuts the cell off says nothing, and where mattes are estimated several photographs must agree
+// (they miss thin twigs now and then).
 
 #include "reconstruct/hull.h"
 #include "reconstruct/footprint.h"
@@ -43,7 +43,7 @@ static void sum_silhouettes(void *user, size_t begin, size_t end, int worker) {
 vt_status vt_make_silhouettes(vt_context *context, const vt_views *views, int factor, int threshold,
                               vt_silhouettes *out) {
   size_t count = (size_t)views->count;
-  *out = (vt_silhouettes){.count = views->count, .factor = factor, .votes = views->count >= 24 ? 1 : 1};
+  *out = (vt_silhouettes){.count = views->count, .factor = factor, .votes = 1};
   int tenth = views->count / 10;
   out->least_seen = views->count < 3 ? views->count : tenth > 3 ? tenth : 3;
   out->cameras = VT_NEW(context, vt_camera, count);

@@ -18,7 +18,7 @@
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
-  return (vt_reconstruct_desc){VT_COOKIE, method, preset, 0, 0, 0.99};
+  return (vt_reconstruct_desc){VT_COOKIE, method, preset, 0, 0, 1, 0.99};
 }
 
 typedef struct recipe { // what method and preset mean
@@ -56,10 +56,10 @@ static double cell_pixels(const run *r, int level) {
   return r->root_pixels * vt_cell_edge(&r->tree->octree, level) / r->tree->octree.edge;
 }
 
-// The level at which a texel is about a pixel (at most 1.5) of the photographs.
+// The level at which a texel is about a pixel (at most 1.25) of the photographs.
 static int default_leaf_level(const run *r) {
   int level = 1;
-  while (level < VT_MAX_LEVEL && cell_pixels(r, level) > 1.5 * TEXELS_PER_EDGE(r->tree)) level++;
+  while (level < VT_MAX_LEVEL && cell_pixels(r, level) > 1.25 * TEXELS_PER_EDGE(r->tree)) level++;
   level += r->recipe.finer_levels;
   return level < 1 ? 1 : level > VT_MAX_LEVEL ? VT_MAX_LEVEL : level;
 }
@@ -90,6 +90,7 @@ static vt_status carve_level(run *r, int level) {
   vt_silhouettes silhouettes;
   vt_status status = vt_make_silhouettes(context, r->views, factor < 1 ? 1 : factor, 2, &silhouettes);
   if (status) return status;
+  silhouettes.votes = r->desc->hull_votes;
   uint8_t *keep = VT_NEW(context, uint8_t, cells->cell_count);
   status = keep ? vt_carve(context, &silhouettes, &r->tree->octree, level, keep) : VT_OUT_OF_MEMORY;
   if (!status) status = replace_level(r, level, keep, NULL);
@@ -267,7 +268,7 @@ static vt_status prepare(run *r) {
   bool old = r->desc->method == VT_METHOD_2004;
   tree->octree.branching = old ? 3 : 2;
   tree->texel_edge = old ? 8 : 4;
-  tree->tile_side = 1.2f;
+  tree->tile_side = 1;
   tree->view_count = r->views->count;
   tree->cameras = VT_NEW(r->context, vt_camera, (size_t)r->views->count);
   tree->metadata = vt_strdup(r->context, "{}");
@@ -302,6 +303,7 @@ static vt_status reconstruct_views(run *r) {
 vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, const vt_views *views, vt_tree *out,
                          vt_reconstruct_report *or_null) {
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->leaf_level >= 0 && desc->leaf_level <= VT_MAX_LEVEL);
+  VT_ASSERT(desc->hull_votes >= 1);
   vt_reconstruct_report report = {0};
   *out = (vt_tree){0};
   vt_views train;

@@ -19,6 +19,8 @@ typedef struct vt_reconstruct_desc {
   vt_preset preset;
   int leaf_level;         // 1..VT_MAX_LEVEL; 0: the level at which a texel is about a pixel of the photographs
   double time_budget;     // seconds of wall time for opacity and textures; 0: none. Fewer iterations and levels are done.
+  int hull_votes;         // photographs that must see a cell empty before it is carved, 1..; more than 1 where mattes are
+                          // estimated and lose a thin twig now and then
   double hidden_threshold; // a cell hidden behind more than this opacity (0..1) is invisible from a view [LRMDM06 3.2]
 } vt_reconstruct_desc;
 // Presets: normal ends at the level whose texels are about a pixel, draft one before, high one after.

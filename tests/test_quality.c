@@ -98,6 +98,8 @@ static row measure(vt_context *context, const vt_views *views, const char *scene
   static const char *const names[] = {"2004", "2006", "best"};
   vt_reconstruct_desc reconstruction = vt_default_reconstruct_desc(method, VT_PRESET_NORMAL);
   vt_compress_desc packing = vt_default_compress_desc();
+  packing.alpha_codewords = 256; // as small as the scenes are, and quick to train
+  packing.colour_codewords = 128;
   vt_tree raw, packed;
   row r = {0};
   snprintf(r.scene, sizeof r.scene, "%s", scene);

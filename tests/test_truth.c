@@ -84,7 +84,8 @@ static vt_vec3 point_in_ball(vt_rng *rng, double radius) {
   }
 }
 
-static void check_hull(const char *scene, double least_alpha, bool cut) {
+// Points that show at least least_alpha to all photographs; in_root: and are in the root cube.
+static void check_hull(const char *scene, bool cut, double least_alpha, bool in_root) {
   enum { LEVEL = 6, POINTS = 20000 };
   work w;
   begin(&w, scene);
@@ -96,12 +97,13 @@ static void check_hull(const char *scene, double least_alpha, bool cut) {
     vt_vec3 point = point_in_ball(&rng, 1.05);
     double alpha;
     if (!(vt_true_extinction(&w.desc, point) > 0) || !seen_by_all(&w, point, &alpha) || alpha < least_alpha) continue;
+    if (in_root && !is_kept(&w.tree.octree, 0, point)) continue;
     judged++;
     for (int l = 0; l <= LEVEL; l++) lost[l] += !is_kept(&w.tree.octree, l, point);
   }
   double edge = vt_cell_edge(&w.tree.octree, LEVEL), hull = w.tree.octree.levels[LEVEL].cell_count * edge * edge * edge;
-  printf("%s%s: %d points, hull of %.3f unit balls, lost by level:", scene, cut ? ", cut" : "", judged,
-         hull / (4 * VT_PI / 3));
+  printf("%s%s, alpha of at least %.4f%s: %d points, hull of %.3f unit balls, lost by level:", scene,
+         cut ? " cut" : "", least_alpha, in_root ? " in the root cube" : "", judged, hull / (4 * VT_PI / 3));
   for (int l = 0; l <= LEVEL; l++) printf(" %d", lost[l]), all_lost += lost[l];
   printf("\n");
   assert_true(judged > 1000);
@@ -112,16 +114,19 @@ static void check_hull(const char *scene, double least_alpha, bool cut) {
 
 static void hull_holds_every_point_that_there_is(void **state) {
   (void)state;
-  check_hull("ball_64", 0, false);
-  check_hull("shell_64", 0, false);
-  check_hull("ball_64", 0, true);
-  check_hull("shell_64", 0, true);
+  check_hull("ball_64", false, 0, false);
+  check_hull("shell_64", false, 0, false);
+  check_hull("ball_64", true, 0, false);
+  check_hull("shell_64", true, 0, false);
 }
 
+// Gaussians never end: hull.c takes an alpha of 2/255 for empty, and bounds.c, when it looks for the root cube, 25/255.
 static void hull_holds_every_point_of_a_blob_that_all_photographs_show(void **state) {
   (void)state;
-  check_hull("blobs_64", 4.0 / 255, false); // Gaussians never end: an alpha of 2/255 counts as empty
-  check_hull("blobs_64", 4.0 / 255, true);
+  check_hull("blobs_64", false, 4.0 / 255, true);
+  check_hull("blobs_64", true, 4.0 / 255, true);
+  check_hull("blobs_64", false, 30.0 / 255, false);
+  check_hull("blobs_64", true, 30.0 / 255, false);
 }
 
 // ---- opacity
@@ -154,7 +159,9 @@ static void solved_depths_give_the_line_integrals_of_new_rays(void **state) {
   static const struct {
     const char *scene;
     double bound[3]; // by method
-  } cases[] = {{"ball_64", {1, 1, 1}}, {"shell_64", {1, 1, 1}}, {"blobs_64", {1, 1, 1}}};
+  } cases[] = {{"ball_64", {0.046, 0.025, 0.039}},
+               {"shell_64", {0.064, 0.036, 0.047}},
+               {"blobs_64", {0.044, 0.027, 0.031}}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     begin(&w, cases[i].scene);
@@ -198,9 +205,9 @@ static void a_photographs_own_textures_show_its_matte(void **state) {
     const char *scene;
     vt_method method;
     double alpha, psnr; // most, least
-  } cases[] = {{"ball_64", VT_METHOD_BEST, 1, 0},  {"shell_64", VT_METHOD_BEST, 1, 0},
-               {"blobs_64", VT_METHOD_BEST, 1, 0}, {"tree_96", VT_METHOD_BEST, 1, 0},
-               {"tree_96", VT_METHOD_2006, 1, 0},  {"tree_96", VT_METHOD_2004, 1, 0}};
+  } cases[] = {{"ball_64", VT_METHOD_BEST, 0.027, 35.3},  {"shell_64", VT_METHOD_BEST, 0.027, 35.3},
+               {"blobs_64", VT_METHOD_BEST, 0.008, 47.5}, {"tree_96", VT_METHOD_BEST, 0.056, 27},
+               {"tree_96", VT_METHOD_2006, 0.051, 27.3},  {"tree_96", VT_METHOD_2004, 0.035, 29.9}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     double worst;
@@ -231,40 +238,48 @@ static void brighten(work *w, int darkest[3]) {
   }
 }
 
-// By how much the darkest texel is darker than that; texels of wholly transparent tiles never show, all others may, for
-// colour is interpolated between neighbours whatever their alpha.
-static int darkest_texel(const work *w, const int darkest[3], size_t *judged) {
+typedef struct darkness { // below the darkest true colour, in 1/255
+  size_t judged;
+  double texel, shown; // worst of all texels; of a texel's darkness times its alpha
+} darkness;
+
+// Texels of wholly transparent tiles never show; all others may, since colour is interpolated whatever its alpha.
+static darkness darkest_texels(const work *w, const int darkest[3]) {
   size_t texels = (size_t)(w->tree.texel_edge * w->tree.texel_edge);
-  int most = 0;
-  *judged = 0;
+  darkness d = {0};
   for (int l = 0; l < w->tree.octree.level_count; l++)
     for (uint32_t t = 0; t < w->tree.tiles[l].tile_count; t++) {
       const uint8_t *tile = w->tree.tiles[l].texels + 4 * texels * t;
       bool shows = false;
       for (size_t i = 0; i < texels; i++) shows |= tile[4 * i + 3] > 0;
-      for (size_t i = 0; i < texels && shows; i++, ++*judged)
-        for (int c = 0; c < 3; c++)
-          if (darkest[c] - tile[4 * i + (size_t)c] > most) most = darkest[c] - tile[4 * i + (size_t)c];
+      for (size_t i = 0; i < texels && shows; i++, d.judged++)
+        for (size_t c = 0; c < 3; c++) {
+          int below = darkest[c] - tile[4 * i + c];
+          d.texel = fmax(d.texel, below);
+          d.shown = fmax(d.shown, below * tile[4 * i + 3] / 255.0);
+        }
     }
-  return most;
+  return d;
 }
 
-static void no_texel_is_darker_than_any_true_colour(void **state) {
+// Mattes hide black: 160 and more below what is true. The refinement of `best` takes steps of equal size for cells that
+// hardly show, so their colours wander; what is seen of that stays small.
+static void no_black_leaks_into_textures(void **state) {
   (void)state;
   static const char *const scenes[] = {"ball_64", "shell_64", "blobs_64"};
+  static const double most[] = {8, 8, 50}; // by method
   for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
     work w;
     int darkest[3];
     begin(&w, scenes[i]);
     brighten(&w, darkest);
     for (int m = 0; m < 3; m++) {
-      size_t judged;
       reconstruct(&w, (vt_method)m);
-      int darker = darkest_texel(&w, darkest, &judged);
-      printf("%s, method %s: of %zu texels the darkest is %d/255 below the darkest true colour\n", scenes[i],
-             method_names[m], judged, darker);
-      assert_true(judged > 1000);
-      assert_in_range(darker, 0, 8);
+      darkness d = darkest_texels(&w, darkest);
+      printf("%s, method %s: of %zu texels the darkest is %.0f/255 below the darkest true colour, and shows %.2f/255 of "
+             "it\n", scenes[i], method_names[m], d.judged, d.texel, d.shown);
+      assert_true(d.judged > 1000);
+      assert_true(d.texel <= most[m] && d.shown <= 4);
     }
     end(&w);
   }
@@ -275,6 +290,6 @@ int main(void) {
                                      cmocka_unit_test(hull_holds_every_point_of_a_blob_that_all_photographs_show),
                                      cmocka_unit_test(solved_depths_give_the_line_integrals_of_new_rays),
                                      cmocka_unit_test(a_photographs_own_textures_show_its_matte),
-                                     cmocka_unit_test(no_texel_is_darker_than_any_true_colour)};
+                                     cmocka_unit_test(no_black_leaks_into_textures)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
