@@ -1,12 +1,13 @@
 // test_quality.c - small scenes reconstructed, packed, drawn and judged, against the table of what was reached before
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The whole way in memory, as the program goes it: photographs, raw tree, packed tree, CPU renderer at the finest level,
-// metrics of the photographs that were left out (means over them, over white). A row of tests/quality_table.csv is one
-// scene by one method at the level that the method chooses itself. Losses fail, gains are said: who makes one writes the
-// table anew in the same commit,
+// The whole way in memory, as the program goes it: photographs, raw tree, packed tree, CPU renderer at the finest
+// level, metrics of the photographs that were left out (means over them, over white). A row of tests/quality_table.csv
+// is one scene by one method at the level that the method chooses itself. Losses fail, gains are said: who makes one
+// writes the table anew in the same commit,
 //     VT_WRITE_QUALITY_TABLE=FILE test_quality
-// so that git shows what each change was worth. Rounding of other compilers and C libraries stays far within the limits.
+// so that git shows what each change was worth. Rounding of other compilers and C libraries stays far within the
+// limits.
 #include "base/file.h"
 #include "base/image_metrics.h"
 #include "compress/compress.h"
@@ -35,16 +36,17 @@ typedef struct table {
 // ---- the table as text
 
 static size_t print_row(char *text, size_t size, const row *r) {
-  int length = snprintf(text, size, "%s,%s,%d,%.3f,%.3f,%.5f,%.6f,%llu,%llu,%llu\n", r->scene, r->method, r->level,
-                        r->mean.psnr, r->mean.psnr_foreground, r->mean.ssim, r->mean.alpha_rmse, r->cells,
-                        r->billboards, r->packed_bytes);
+  int length =
+      snprintf(text, size, "%s,%s,%d,%.3f,%.3f,%.5f,%.6f,%llu,%llu,%llu\n", r->scene, r->method, r->level, r->mean.psnr,
+               r->mean.psnr_foreground, r->mean.ssim, r->mean.alpha_rmse, r->cells, r->billboards, r->packed_bytes);
   assert_true(length > 0 && (size_t)length < size);
   return (size_t)length;
 }
 
 static void parse_table(const char *text, table *out) {
   *out = (table){0};
-  if (strncmp(text, table_head, strlen(table_head))) fail_msg("%s: its first line is not '%s'\n", table_path, table_head);
+  if (strncmp(text, table_head, strlen(table_head)))
+    fail_msg("%s: its first line is not '%s'\n", table_path, table_head);
   for (text += strlen(table_head); *text; text = strchr(text, '\n') + 1) {
     assert_true(out->count < MOST_ROWS && strchr(text, '\n'));
     row *r = &out->rows[out->count++];
@@ -141,10 +143,12 @@ static void measure_all(vt_context *context, table *out) {
 
 static void say_loss(const row *r, const char *what, double before, double now) {
   printf("%s, method %s: %s was %.8g and is %.8g; mend it or, if it is intended, change tests/quality_table.csv in the "
-         "same commit\n", r->scene, r->method, what, before, now);
+         "same commit\n",
+         r->scene, r->method, what, before, now);
 }
 
-// Losses of `now` against `before`, said in a sentence each if wanted. Returns their number. What is no number is a loss.
+// Losses of `now` against `before`, said in a sentence each if wanted. Returns their number. What is no number is a
+// loss.
 static int count_losses(const row *before, const row *now, bool say) {
   const vt_metrics *a = &before->mean, *b = &now->mean;
   bool psnr = !(b->psnr >= a->psnr - 0.1), alpha = !(b->alpha_rmse <= a->alpha_rmse * 1.01 + 1e-4);

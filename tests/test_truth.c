@@ -48,8 +48,8 @@ static void cut_photographs(work *w) {
     vt_view *view = &w->views.items[i];
     int width = view->picture.width, left = i % 2 ? width / 4 : 0, new_width = width - width / 4;
     for (int y = 0; y < view->picture.height; y++)
-      memmove(view->picture.pixels + 4 * (size_t)(y * new_width),
-              view->picture.pixels + 4 * (size_t)(y * width + left), 4 * (size_t)new_width);
+      memmove(view->picture.pixels + 4 * (size_t)(y * new_width), view->picture.pixels + 4 * (size_t)(y * width + left),
+              4 * (size_t)new_width);
     view->picture.width = view->camera.width = new_width;
     view->camera.cx -= left;
   }
@@ -102,8 +102,8 @@ static void check_hull(const char *scene, bool cut, double least_alpha, bool in_
     for (int l = 0; l <= LEVEL; l++) lost[l] += !is_kept(&w.tree.octree, l, point);
   }
   double edge = vt_cell_edge(&w.tree.octree, LEVEL), hull = w.tree.octree.levels[LEVEL].cell_count * edge * edge * edge;
-  printf("%s%s, alpha of at least %.4f%s: %d points, hull of %.3f unit balls, lost by level:", scene,
-         cut ? " cut" : "", least_alpha, in_root ? " in the root cube" : "", judged, hull / (4 * VT_PI / 3));
+  printf("%s%s, alpha of at least %.4f%s: %d points, hull of %.3f unit balls, lost by level:", scene, cut ? " cut" : "",
+         least_alpha, in_root ? " in the root cube" : "", judged, hull / (4 * VT_PI / 3));
   for (int l = 0; l <= LEVEL; l++) printf(" %d", lost[l]), all_lost += lost[l];
   printf("\n");
   assert_true(judged > 1000);
@@ -159,9 +159,8 @@ static void solved_depths_give_the_line_integrals_of_new_rays(void **state) {
   static const struct {
     const char *scene;
     double bound[3]; // by method
-  } cases[] = {{"ball_64", {0.046, 0.025, 0.039}},
-               {"shell_64", {0.064, 0.036, 0.047}},
-               {"blobs_64", {0.044, 0.027, 0.031}}};
+  } cases[] = {
+      {"ball_64", {0.046, 0.025, 0.039}}, {"shell_64", {0.064, 0.036, 0.047}}, {"blobs_64", {0.044, 0.027, 0.031}}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     begin(&w, cases[i].scene);
@@ -177,7 +176,8 @@ static void solved_depths_give_the_line_integrals_of_new_rays(void **state) {
 
 // ---- the photograph's own camera
 
-// Means over the training photographs, each drawn from its own camera with its own textures alone; worst: of alpha_rmse.
+// Means over the training photographs, each drawn from its own camera with its own textures alone; worst: of
+// alpha_rmse.
 static vt_metrics own_photographs(const work *w, double *worst) {
   const float white[3] = {1, 1, 1};
   vt_metrics mean = {0};
@@ -189,7 +189,8 @@ static vt_metrics own_photographs(const work *w, double *worst) {
     vt_fimage picture;
     vt_metrics m;
     assert_int_equal(vt_composite(w->context, &w->tree, w->tree.octree.level_count - 1, &alone, VT_BLEND_GEOMETRIC,
-                                  false, &view->camera, &picture), VT_OK);
+                                  false, &view->camera, &picture),
+                     VT_OK);
     assert_int_equal(vt_measure(w->context, &picture, &view->picture, white, &m), VT_OK);
     mean.psnr += m.psnr / w->tree.view_count;
     mean.alpha_rmse += m.alpha_rmse / w->tree.view_count;
@@ -205,9 +206,9 @@ static void a_photographs_own_textures_show_its_matte(void **state) {
     const char *scene;
     vt_method method;
     double alpha, psnr; // most, least
-  } cases[] = {{"ball_64", VT_METHOD_BEST, 0.027, 35.3},  {"shell_64", VT_METHOD_BEST, 0.027, 35.3},
-               {"blobs_64", VT_METHOD_BEST, 0.008, 47.5}, {"tree_96", VT_METHOD_BEST, 0.056, 27},
-               {"tree_96", VT_METHOD_2006, 0.051, 27.3},  {"tree_96", VT_METHOD_2004, 0.035, 29.9}};
+  } cases[] = {{"ball_64", VT_METHOD_BEST, 0.024, 36},   {"shell_64", VT_METHOD_BEST, 0.024, 36},
+               {"blobs_64", VT_METHOD_BEST, 0.0072, 48}, {"tree_96", VT_METHOD_BEST, 0.048, 28},
+               {"tree_96", VT_METHOD_2006, 0.047, 28},   {"tree_96", VT_METHOD_2004, 0.034, 30}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     double worst;
@@ -276,8 +277,10 @@ static void no_black_leaks_into_textures(void **state) {
     for (int m = 0; m < 3; m++) {
       reconstruct(&w, (vt_method)m);
       darkness d = darkest_texels(&w, darkest);
-      printf("%s, method %s: of %zu texels the darkest is %.0f/255 below the darkest true colour, and shows %.2f/255 of "
-             "it\n", scenes[i], method_names[m], d.judged, d.texel, d.shown);
+      printf(
+          "%s, method %s: of %zu texels the darkest is %.0f/255 below the darkest true colour, and shows %.2f/255 of "
+          "it\n",
+          scenes[i], method_names[m], d.judged, d.texel, d.shown);
       assert_true(d.judged > 1000);
       assert_true(d.texel <= most[m] && d.shown <= 4);
     }
