@@ -151,7 +151,7 @@ static bool reserve(vt_context *context, uint64_t bytes) {
   if (bound && now > bound) {
     atomic_fetch_sub(&context->bytes_in_use, bytes);
     vt_fail(context, VT_OUT_OF_MEMORY,
-            "memory: %.0f MB are wanted and --max-memory is %.0f MB; give more, or a lower --levels, or smaller pictures",
+            "memory: %.4g MB are wanted and --max-memory is %.4g MB; give more, or a lower --levels, or smaller pictures",
             (double)now / 1e6, (double)bound / 1e6);
     return false;
   }

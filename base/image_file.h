@@ -19,6 +19,8 @@ typedef struct vt_image_info {
 
 // True if the name ends like a picture that can be read (jpg jpeg png tif tiff exr webp heic heif avif bmp pam and raw kinds).
 bool vt_is_image_name(const char *path);
+// True if the name ends like a picture that vt_write_image can write in this build; with alpha, if it keeps alpha.
+bool vt_is_output_name(const char *path, bool alpha);
 // Reads the header. VT_BAD_INPUT naming the file if it is no picture, empty or damaged.
 vt_status vt_read_image_info(vt_context *, const char *path, vt_image_info *out);
 // Reads a picture as 8-bit sRGB: grey, grey+alpha, RGB, RGBA of any depth become 3 channels (opaque) or 4 (alpha in the

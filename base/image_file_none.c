@@ -19,6 +19,11 @@ vt_status vt_read_image(vt_context *context, const char *path, vt_image *out) {
   return vt_has_ending(path, "pam") ? vt_read_pam(context, path, out) : refuse(context, path);
 }
 
+bool vt_is_output_name(const char *path, bool alpha) {
+  (void)alpha;
+  return vt_has_ending(path, "pam");
+}
+
 vt_status vt_write_image(vt_context *context, const char *path, const vt_image *image) {
   return vt_has_ending(path, "pam") ? vt_write_pam(context, path, image) : refuse(context, path);
 }

@@ -260,13 +260,22 @@ vt_status vt_read_image(vt_context *context, const char *path, vt_image *out) {
   return status;
 }
 
+static const char *format_of(const char *path) {
+  return vt_has_ending(path, "png")                                  ? "png"
+         : vt_has_ending(path, "jpg") || vt_has_ending(path, "jpeg") ? "jpeg"
+         : vt_has_ending(path, "tif") || vt_has_ending(path, "tiff") ? "tiff"
+                                                                     : NULL;
+}
+
+bool vt_is_output_name(const char *path, bool alpha) {
+  const char *format = format_of(path);
+  return vt_has_ending(path, "pam") || (format && !(alpha && !strcmp(format, "jpeg")));
+}
+
 vt_status vt_write_image(vt_context *context, const char *path, const vt_image *image) {
   VT_ASSERT(image->channels == 1 || image->channels == 3 || image->channels == 4);
   if (vt_has_ending(path, "pam")) return vt_write_pam(context, path, image);
-  const char *format = vt_has_ending(path, "png")                                  ? "png"
-                       : vt_has_ending(path, "jpg") || vt_has_ending(path, "jpeg") ? "jpeg"
-                       : vt_has_ending(path, "tif") || vt_has_ending(path, "tiff") ? "tiff"
-                                                                                   : NULL;
+  const char *format = format_of(path);
   if (!format)
     return vt_fail(context, VT_FAILED, "%s: unknown kind of picture; end its name in .png, .jpg, .tif or .pam", path);
   if (image->channels == 4 && !strcmp(format, "jpeg"))

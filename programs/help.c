@@ -9,19 +9,20 @@
 
 // Words of `text` between the columns `indent` and WIDTH; the cursor stands at `column`.
 static void print_wrapped(FILE *file, const char *text, int column, int indent) {
-  while (*text) {
+  bool first = true;
+  for (; *text; text += strspn(text, " ")) {
     int length = (int)strcspn(text, " ");
-    if (column + length > WIDTH && column > indent) {
+    if (!first && column + 1 + length > WIDTH) {
       fprintf(file, "\n%*s", indent, "");
       column = indent;
+    } else if (!first) {
+      fputc(' ', file);
+      column++;
     }
     fprintf(file, "%.*s", length, text);
     column += length;
     text += length;
-    if (*text == ' ') {
-      text++;
-      if (column < WIDTH) fputc(' ', file), column++;
-    }
+    first = false;
   }
   fputc('\n', file);
 }

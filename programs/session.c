@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 const char *vt_picture_ending(void) {
-  return vt_is_image_name("a.png") ? "png" : "pam";
+  return vt_is_output_name("a.png", true) ? "png" : "pam";
 }
 
 // ---- probes

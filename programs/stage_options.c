@@ -53,7 +53,7 @@ const vt_option vt_picture_options[] = {
     {"blend", 0, VT_OPTION_CHOICE, "sum|geometric", 0, 0, false,
      "how they become one: premultiplied sum, or geometric mean of the transmittances"},
     {"backend", 0, VT_OPTION_CHOICE, "auto|gl|cpu", 0, 0, false,
-     "who draws; auto: OpenGL if it works here, else the CPU"},
+     "who draws; auto: OpenGL on a graphics card, else the CPU"},
     {0}};
 
 // ---- photographs

@@ -27,8 +27,12 @@ static void say_tree(vt_session *session, const char *name, const vt_tree *tree,
     vt_say(session, "  %5d %10u %11u  %g\n", l, (unsigned)octree->levels[l].cell_count,
            (unsigned)tree->tiles[l].tile_count, vt_cell_edge(octree, l));
   vt_say(session, "  metadata: ");
-  for (const char *at = tree->metadata; *at; at++) // no control sequences from a file to a terminal
-    vt_say(session, "%c", (unsigned char)*at < ' ' || *at == 127 ? ' ' : *at);
+  bool blank = true;
+  for (const char *at = tree->metadata; *at; at++) { // no control sequences from a file to a terminal, no runs of blanks
+    bool space = (unsigned char)*at <= ' ' || *at == 127;
+    if (!space || !blank) vt_say(session, "%c", space ? ' ' : *at);
+    blank = space;
+  }
   vt_say(session, "\n");
 }
 

@@ -53,6 +53,11 @@ static vt_status load(vt_session *session, work *job) {
   vt_context *context = session->context;
   vt_status status = vt_load_source(session, job->source, &job->views, &job->capture);
   if (status) return status;
+  if (vt_count_views(&job->views, VT_TRAIN) == 0)
+    return vt_fail(context, VT_TOO_FEW_VIEWS,
+                   "%s: holds no photograph to reconstruct from, only such to judge on; give the folder or "
+                   "transforms_train.json",
+                   job->source);
   int count = job->views.count;
   job->judged.items = VT_NEW(context, vt_view, (size_t)count);
   vt_role *before = VT_NEW(context, vt_role, (size_t)count);

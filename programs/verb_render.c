@@ -108,12 +108,15 @@ static vt_status draw_turntable(vt_session *session, vt_renderer *renderer, cons
   return status;
 }
 
-// The picture's ending is tried with a small one, so that a wrong ending is told before the work.
-static vt_status check_output(vt_session *session, const char *output, bool folder) {
+// Before the work, not after it.
+static vt_status check_output(vt_session *session, const char *output, bool folder, bool alpha) {
   if (folder) return vt_check_output_folder(session, output);
-  if (!vt_is_image_name(output))
+  if (alpha && vt_is_output_name(output, false) && !vt_is_output_name(output, true))
     return vt_fail(session->context, VT_BAD_USAGE,
-                   "%s: no picture format goes by this ending; give a name that ends in .%s", output,
+                   "%s: JPEG keeps no transparency; give --background white, or a name that ends in .png", output);
+  if (!vt_is_output_name(output, alpha))
+    return vt_fail(session->context, VT_BAD_USAGE,
+                   "%s: no picture can be written under this ending; give a name that ends in .%s", output,
                    vt_picture_ending());
   return vt_check_output_file(session, output);
 }
@@ -128,6 +131,11 @@ static vt_status run(vt_session *session) {
   vt_background_of(arguments, "background", background, &none);
   if (turntable + sheet + vt_given(arguments, "view") > 1 && (turntable || !vt_given(arguments, "view")))
     return vt_fail(context, VT_BAD_USAGE, "--turntable: does not go with --view or --levels-sheet; give one of them");
+  if (vt_given(arguments, "view") && (vt_given(arguments, "azimuth") || vt_given(arguments, "elevation") ||
+                                      vt_given(arguments, "distance") || vt_given(arguments, "fov")))
+    return vt_fail(context, VT_BAD_USAGE,
+                   "--view: stands where a photograph was taken, so --azimuth, --elevation, --distance and --fov do not "
+                   "go with it; leave out one or the other");
   if (sheet && none)
     return vt_fail(context, VT_BAD_USAGE,
                    "--background none: the sheet is drawn over a colour; give white, black or R,G,B");
@@ -136,7 +144,7 @@ static vt_status run(vt_session *session) {
   vt_camera camera;
   vt_render_desc desc = vt_render_desc_of(arguments);
   vt_render_report report = {.level = desc.level};
-  vt_status status = check_output(session, output, turntable);
+  vt_status status = check_output(session, output, turntable, none);
   if (!status) status = vt_read_tree(context, input, &tree, NULL);
   if (!status) status = vt_check_level(session, &tree, input, desc.level);
   if (!status) status = choose_camera(session, &tree, &camera);

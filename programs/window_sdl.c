@@ -6,6 +6,8 @@
 #include "programs/window.h"
 
 #include <SDL2/SDL.h>
+#include <stdlib.h>
+#include <string.h>
 
 struct vt_window {
   SDL_Window *window;
@@ -19,12 +21,23 @@ static vt_status complain(vt_context *context) {
                  "window: %s; use voltree play --headless or voltree render where there is no display", SDL_GetError());
 }
 
+// Where there is no display SDL may fall back to a driver whose windows nobody sees and which never gets an event: the
+// program would wait for ever. It is taken only if it was asked for by name.
+static bool is_unseen(const char *driver) {
+  return driver && (!strcmp(driver, "offscreen") || !strcmp(driver, "dummy") || !strcmp(driver, "evdev"));
+}
+
 vt_status vt_open_window(vt_context *context, const char *title, int width, int height, vt_window **out) {
   *out = NULL;
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
   SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "1");
   if (SDL_Init(SDL_INIT_VIDEO)) return complain(context);
+  if (is_unseen(SDL_GetCurrentVideoDriver()) && !getenv("SDL_VIDEODRIVER")) {
+    SDL_Quit();
+    SDL_SetError("there is no display");
+    return complain(context);
+  }
   vt_window *window = VT_NEW(context, vt_window, 1);
   if (!window) {
     SDL_Quit();

@@ -147,7 +147,7 @@ vt_status vt_find_bounds(vt_context *context, const vt_views *views, vt_octree *
     longest = c->height > longest ? c->height : longest;
   }
   vt_silhouettes silhouettes;
-  status = vt_make_silhouettes(context, views, (longest + 399) / 400, 25, &silhouettes);
+  status = vt_make_silhouettes(context, views, (longest + 399) / 400, 8, &silhouettes);
   if (status) return status;
   radius *= 1.1;
   vt_octree cube = {.origin = vt_sub(centre, vt_v3(radius, radius, radius)), .edge = 2 * radius, .branching = 2,

@@ -13,7 +13,7 @@
 #include "reconstruct/refine.h"
 #include "reconstruct/fast_exp.h"
 
-vt_refine_desc vt_default_refine_desc(void) { return (vt_refine_desc){VT_COOKIE, 3, 48, 0.08f, 0.02f, 0.2f, 30, 0}; }
+vt_refine_desc vt_default_refine_desc(void) { return (vt_refine_desc){VT_COOKIE, 4, 48, 0.02f, 0.005f, 0.2f, 30, 0}; }
 
 float vt_ray_gradient(const float *s, const float *colour, const vt_chord *chords, size_t count, const float target[4],
                       float (*gradient)[4]) {

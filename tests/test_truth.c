@@ -268,7 +268,7 @@ static darkness darkest_texels(const work *w, const int darkest[3]) {
 static void no_black_leaks_into_textures(void **state) {
   (void)state;
   static const char *const scenes[] = {"ball_64", "shell_64", "blobs_64"};
-  static const double most[] = {8, 8, 50}; // by method
+  static const double most[] = {8, 8, 8}; // by method
   for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
     work w;
     int darkest[3];
