@@ -14,6 +14,19 @@ static void names_of_pictures_are_known_by_their_endings(void **state) {
   for (size_t i = 0; i < sizeof no / sizeof *no; i++) assert_false(vt_is_image_name(no[i]));
 }
 
+static void names_that_can_be_written_are_fewer(void **state) {
+  (void)state;
+  const char *no[] = {"", "a", "a.exr", "a.heic", "a.dng", "a.webp", "a.gif"};
+  for (size_t i = 0; i < sizeof no / sizeof *no; i++) assert_false(vt_is_output_name(no[i], false));
+  assert_true(vt_is_output_name("a.pam", true));
+#ifdef VT_WITH_OPENIMAGEIO
+  assert_true(vt_is_output_name("b/a.PNG", true) && vt_is_output_name("a.tiff", true));
+  assert_true(vt_is_output_name("a.jpg", false) && !vt_is_output_name("a.jpg", true));
+#else
+  assert_false(vt_is_output_name("a.png", false)); // so that nothing is drawn that cannot be written
+#endif
+}
+
 static void pam_round_trips_exactly(void **state) {
   (void)state;
   bench b;
@@ -336,6 +349,7 @@ static void many_workers_read_and_write_at_once(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names_of_pictures_are_known_by_their_endings),
+    cmocka_unit_test(names_that_can_be_written_are_fewer),
       cmocka_unit_test(pam_round_trips_exactly),
       cmocka_unit_test(pam_of_other_depths_is_read),
       cmocka_unit_test(damaged_pam_is_refused),

@@ -19,6 +19,7 @@ static void every_verb_explains_itself(void **state) {
     assert_says(o->out, usage);
     assert_says(o->out, "Example:\n  voltree ");
     assert_says(o->out, "--max-memory");
+    assert_null(strstr(o->out, " \n"));
     assert_string_equal(o->err, "");
     snprintf(words, sizeof words, "help %s", verbs[i]);
     assert_says(run(words)->out, usage);
@@ -161,6 +162,13 @@ static void reconstruct_reports_stages_levels_and_held_out_scores(void **state) 
   shell("cmp tree.vtree again.vtree"); // one worker and two, with a report and without: the same bytes
 }
 
+static void probes_show_each_level(void **state) {
+  (void)state;
+  make_tree();
+  assert_code(run("reconstruct cap -o p.vtree --preset draft --levels 3 --probe probes -q"), 0);
+  assert_true(size_of("probes/level_3_cells.png") > 0 && size_of("probes/level_3_residual.png") > 0);
+}
+
 static void evaluate_beats_white_and_fails_below_a_wanted_quality(void **state) {
   (void)state;
   make_tree();
@@ -211,6 +219,7 @@ static void render_draws_pictures_turntables_and_sheets(void **state) {
   assert_code(run("render tree.vtree -o turn --turntable 2 --size 33x31 --backend cpu"), 0); // into the same folder
   assert_code(run("render tree.vtree -o b.png --view 9"), 2);
   assert_code(run("render tree.vtree -o b.png --level 7"), 2);
+  assert_code(run("render tree.vtree -o b.png --view 1 --azimuth 10"), 2); // one of them would be passed over
   assert_false(exists("b.png"));
   assert_int_equal(count_entries("tmp"), 0);
 }
@@ -253,6 +262,15 @@ static void play_runs_without_a_window(void **state) {
   assert_code(o, 0);
   assert_int_equal(number_in(o->out, "frames"), 3);
   assert_true(exists("played/frame_0002.png"));
+}
+
+static void play_without_a_display_fails_and_does_not_wait(void **state) {
+  (void)state;
+  make_tree();
+  unsetenv("DISPLAY"), unsetenv("WAYLAND_DISPLAY"), unsetenv("SDL_VIDEODRIVER");
+  outcome *o = run("play tree.vtree"); // a program that waits runs into the time limit of the test
+  assert_true(o->code == 1 || o->code == 5);
+  assert_says(o->err, "voltree: window: ");
 }
 
 static void bench_shows_time_and_error(void **state) {
@@ -313,12 +331,14 @@ int main(void) {
 #if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
     cmocka_unit_test(quiet_says_nothing),
     cmocka_unit_test(reconstruct_reports_stages_levels_and_held_out_scores),
+    cmocka_unit_test(probes_show_each_level),
     cmocka_unit_test(evaluate_beats_white_and_fails_below_a_wanted_quality),
     cmocka_unit_test(evaluate_refuses_photographs_with_other_cameras),
     cmocka_unit_test(render_draws_pictures_turntables_and_sheets),
     cmocka_unit_test(export_writes_a_point_for_each_cell),
     cmocka_unit_test(raw_trees_are_packed_by_compress_once),
     cmocka_unit_test(play_runs_without_a_window),
+    cmocka_unit_test(play_without_a_display_fails_and_does_not_wait),
     cmocka_unit_test(bench_shows_time_and_error),
     cmocka_unit_test(too_little_memory_is_exit_6),
 #endif

@@ -57,6 +57,16 @@ static void outputs_that_cannot_be_written_fail_before_the_work(void **state) {
   }
 }
 
+static void pictures_that_cannot_be_written_are_told_before_the_work(void **state) {
+  (void)state;
+  expect_trouble("render nowhere.vtree -o out.exr", 2, "out.exr");
+  expect_trouble("render nowhere.vtree -o out", 2, "out");
+#ifdef VT_WITH_OPENIMAGEIO
+  expect_trouble("render nowhere.vtree -o out.jpg", 2, "JPEG keeps no transparency");
+  expect_trouble("render nowhere.vtree -o out.jpg --background white", 3, "nowhere.vtree");
+#endif
+}
+
 static void no_tree_at_all_is_refused(void **state) {
   (void)state;
   write_words("zero.vtree", "");
@@ -117,6 +127,12 @@ static void one_photograph_is_too_few(void **state) {
   shell(command);
   expect_trouble("reconstruct one -o out.vtree", 4, "one");
   expect_trouble("capture one -o out", 4, "one");
+}
+
+static void photographs_for_judging_only_make_no_tree(void **state) {
+  (void)state;
+  assert_code(run("synth judged --size 32 --views 3 --test-views 3 --leaves 50 -q"), 0);
+  expect_trouble("reconstruct judged/transforms_test.json -o out.vtree", 4, "judged/transforms_test.json");
 }
 
 static const char frame[] =
@@ -202,10 +218,12 @@ int main(void) {
   const struct CMUnitTest tests[] = {
     cmocka_unit_test(missing_and_empty_folders_are_named),
     cmocka_unit_test(outputs_that_cannot_be_written_fail_before_the_work),
+    cmocka_unit_test(pictures_that_cannot_be_written_are_told_before_the_work),
     cmocka_unit_test(no_tree_at_all_is_refused),
 #if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
     cmocka_unit_test(damaged_pictures_are_named),
     cmocka_unit_test(one_photograph_is_too_few),
+    cmocka_unit_test(photographs_for_judging_only_make_no_tree),
     cmocka_unit_test(bad_transforms_are_refused_with_their_file),
     cmocka_unit_test(a_colmap_model_without_pictures_is_refused),
     cmocka_unit_test(damaged_trees_are_refused_by_every_verb),
