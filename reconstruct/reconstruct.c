@@ -229,8 +229,8 @@ static bool next_level_fits(const run *r, int level, double seconds_per_cell) {
   double growth = r->tree->octree.branching == 2 ? 6 : 13; // of the cells of a hull
   uint64_t cells = (uint64_t)(growth * r->tree->octree.levels[level].cell_count), bound = vt_memory_bound(r->context);
   if (vt_bytes_in_use(r->context) + level_bytes(r, cells) > bound) {
-    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.1f GB and there are %.1f GB; the tree ends at level %d",
-           level + 1, (double)level_bytes(r, cells) * 1e-9, (double)bound * 1e-9, level);
+    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.0f MB of %.0f MB; the tree ends at level %d", level + 1,
+           (double)level_bytes(r, cells) * 1e-6, (double)bound * 1e-6, level);
     return false;
   }
   double left = r->start + r->desc->time_budget - vt_seconds();
@@ -254,10 +254,14 @@ static vt_status make_all_levels(run *r, int leaf) {
     }
     if (level > 3 && level < leaf && !next_level_fits(r, level, seconds_per_cell)) leaf = level;
     r->report->seconds_hull += vt_seconds() - start;
+    r->tree->octree.level_count = level + 1;
     status = make_level(r, level, leaf);
     if (status) return status;
     seconds_per_cell = (vt_seconds() - start) / cells;
-    r->tree->octree.level_count = level + 1;
+    if (!r->tree->octree.levels[level].cell_count) { // pruned to nothing: the level before shows what there is
+      r->tree->octree.level_count = level;
+      vt_free_level(r->context, &r->tree->octree.levels[level]);
+    }
     vt_progress(r->context, "levels", (level + 1.0) / (leaf + 1));
   }
   return VT_OK;

@@ -40,18 +40,18 @@ static void read_text(const char *path, char *text, size_t size) {
 
 // Runs `voltree WORDS` through the shell, without anything of the user's home.
 static outcome *run(const char *words) {
-  static outcome outcome;
+  static outcome last;
   char command[2000];
   snprintf(command, sizeof command, "HOME=%s XDG_CACHE_HOME= '%s' %s >%s/.out 2>%s/.err", run_folder, VT_PROGRAM, words,
            run_folder, run_folder);
   int status = system(command);
   char path[128];
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  last.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   snprintf(path, sizeof path, "%s/.out", run_folder);
-  read_text(path, outcome.out, sizeof outcome.out);
+  read_text(path, last.out, sizeof last.out);
   snprintf(path, sizeof path, "%s/.err", run_folder);
-  read_text(path, outcome.err, sizeof outcome.err);
-  return &outcome;
+  read_text(path, last.err, sizeof last.err);
+  return &last;
 }
 
 static int exists(const char *path) {
@@ -66,7 +66,7 @@ static void write_bytes(const char *path, const void *bytes, size_t size) {
   FILE *file = fopen(path, "wb");
   if (!file || fwrite(bytes, 1, size, file) != size || fclose(file)) printf("%s: not written\n", path), abort();
 }
-static void write_words(const char *path, const char *text) {
+static inline void write_words(const char *path, const char *text) {
   write_bytes(path, text, strlen(text));
 }
 static void shell(const char *command) {

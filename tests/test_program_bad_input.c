@@ -30,7 +30,7 @@ static void missing_and_empty_folders_are_named(void **state) {
   expect_trouble("reconstruct textonly -o out.vtree", 3, "textonly");
   expect_trouble("info nowhere.vtree", 3, "nowhere.vtree");
   expect_trouble("info empty", 3, "empty");
-  expect_trouble("render nowhere.vtree -o out.png", 3, "nowhere.vtree");
+  expect_trouble("render nowhere.vtree -o out.pam", 3, "nowhere.vtree");
   expect_trouble("evaluate nowhere.vtree empty", 3, "nowhere.vtree");
   expect_trouble("compress nowhere.vtree -o out.vtree", 3, "nowhere.vtree");
   expect_trouble("export nowhere.vtree -o out.ply", 3, "nowhere.vtree");
@@ -42,7 +42,7 @@ static void outputs_that_cannot_be_written_fail_before_the_work(void **state) {
   expect_trouble("synth nofolder/cap", 1, "nofolder/cap");
   expect_trouble("reconstruct nowhere -o nofolder/t.vtree", 1, "nofolder/t.vtree");
   expect_trouble("capture nowhere -o nofolder/cap", 1, "nofolder/cap");
-  expect_trouble("render nowhere -o /dev/null/a.png", 1, "/dev/null/a.png");
+  expect_trouble("render nowhere -o /dev/null/a.pam", 1, "/dev/null/a.pam");
   expect_trouble("render nowhere -o nofolder/turn --turntable 3", 1, "nofolder/turn");
   expect_trouble("export nowhere -o nofolder/a.ply", 1, "nofolder/a.ply");
   expect_trouble("compress nowhere -o nofolder/b.vtree", 1, "nofolder/b.vtree");
@@ -73,7 +73,7 @@ static void no_tree_at_all_is_refused(void **state) {
   write_words("words.vtree", "this is no tree at all, whatever its name says, and it is long enough to be read");
   expect_trouble("info zero.vtree", 3, "zero.vtree");
   expect_trouble("info words.vtree", 3, "words.vtree");
-  expect_trouble("render words.vtree -o out.png", 3, "words.vtree");
+  expect_trouble("render words.vtree -o out.pam", 3, "words.vtree");
 }
 
 #if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
