@@ -156,6 +156,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;
   r->report->seconds_refinement += vt_seconds() - coloured;
+  r->report->peak_bytes_opacity = vt_peak_bytes(context);
   report->rays = opacity.rays;
   report->saturated_share = opacity.saturated_share;
   report->alpha_rmse = opacity.alpha_rmse;
@@ -299,7 +300,7 @@ static vt_status reconstruct_views(run *r) {
          cell_pixels(r, leaf), (double)r->report->estimated_bytes * 1e-9);
   vt_reset_peak(r->context);
   status = make_all_levels(r, leaf);
-  r->report->peak_bytes_opacity = r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
+  r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
   r->report->leaf_level = r->tree->octree.level_count - 1;
   return status;
 }

@@ -41,7 +41,7 @@ typedef struct vt_level_report {
 typedef struct vt_reconstruct_report {
   int leaf_level;
   double seconds_bounds, seconds_hull, seconds_rays, seconds_opacity, seconds_colour, seconds_refinement, seconds_tiles;
-  uint64_t peak_bytes_opacity, peak_bytes_tiles; // of memory handed out at one time
+  uint64_t peak_bytes_opacity, peak_bytes_tiles; // most memory handed out until the last such stage had ended
   uint64_t estimated_bytes; // printed before the work starts
   vt_level_report levels[VT_MAX_LEVEL + 1];
 } vt_reconstruct_report;
