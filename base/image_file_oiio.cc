@@ -46,9 +46,9 @@ vt_status fail_damaged(vt_context *context, const char *path, const std::string 
 }
 
 vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<ImageInput> &input) {
-  static const bool alone =
-      OIIO::attribute("threads", 1) & OIIO::attribute("exr_threads", -1) & OIIO::attribute("tiff:multithread", 0);
-  (void)alone;
+  static const int set_once = int(OIIO::attribute("threads", 1)) + int(OIIO::attribute("exr_threads", -1)) +
+                              int(OIIO::attribute("tiff:multithread", 0));
+  (void)set_once;
   if (vt_is_folder(path)) return vt_fail(context, VT_BAD_INPUT, "%s: is a folder; give a picture", path);
   if (!vt_is_file(path)) return vt_fail(context, VT_BAD_INPUT, "%s: there is no such file; check the path", path);
   if (OIIO::Filesystem::file_size(path) == 0)

@@ -54,22 +54,22 @@ static outcome *run(const char *words) {
   return &last;
 }
 
-static int exists(const char *path) {
+static inline int exists(const char *path) {
   struct stat info;
   return !lstat(path, &info);
 }
-static long size_of(const char *path) {
+static inline long size_of(const char *path) {
   struct stat info;
   return stat(path, &info) ? -1 : (long)info.st_size;
 }
-static void write_bytes(const char *path, const void *bytes, size_t size) {
+static inline void write_bytes(const char *path, const void *bytes, size_t size) {
   FILE *file = fopen(path, "wb");
   if (!file || fwrite(bytes, 1, size, file) != size || fclose(file)) printf("%s: not written\n", path), abort();
 }
 static inline void write_words(const char *path, const char *text) {
   write_bytes(path, text, strlen(text));
 }
-static void shell(const char *command) {
+static inline void shell(const char *command) {
   if (system(command)) printf("%s: failed\n", command), abort();
 }
 // Entries of the current folder whose name holds `part`.

@@ -268,7 +268,7 @@ static void a_smaller_mask_is_enlarged_without_a_shift(void **state) {
 
 // ---- writing and reading again
 
-static void expect_same_views(const vt_views *a, const vt_views *b) {
+static inline void expect_same_views(const vt_views *a, const vt_views *b) {
   assert_int_equal(a->count, b->count);
   for (int i = 0; i < a->count; i++) {
     const vt_camera *c = &a->items[i].camera;
