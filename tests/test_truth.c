@@ -264,7 +264,7 @@ static darkness darkest_texels(const work *w, const int darkest[3]) {
 }
 
 // Mattes hide black: 160 and more below what is true. The refinement of `best` takes steps of equal size for cells that
-// hardly show, so their colours wander; what is seen of that stays small.
+// hardly show; with steps four times as large their colours wandered up to 44 below what is true.
 static void no_black_leaks_into_textures(void **state) {
   (void)state;
   static const char *const scenes[] = {"ball_64", "shell_64", "blobs_64"};
