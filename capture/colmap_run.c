@@ -11,7 +11,7 @@
 // What goes wrong: photographs of different focal lengths but one size share a camera here.
 #include "capture/colmap_run.h"
 #include "base/image_file.h"
-#include "capture/child_process.h"
+#include "base/child_process.h"
 #include "capture/folders.h"
 #include <ctype.h>
 #include <stdarg.h>

@@ -7,7 +7,7 @@
 // encoding, so that no black exists that could leak.
 
 #include "compress/blocks.h"
-#include "compress/lab.h"
+#include "base/lab.h"
 #include <math.h>
 #include <string.h>
 

@@ -13,7 +13,7 @@
 // Tiles are turned to vectors block by block: memory is that of the training set, not of the tree.
 
 #include "compress/blocks.h"
-#include "compress/lab.h"
+#include "base/lab.h"
 #include "compress/nearest.h"
 #include "base/rng.h"
 #include <math.h>

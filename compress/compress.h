@@ -42,10 +42,6 @@ typedef struct vt_compress_report {
 vt_status vt_compress_tree(vt_context *, const vt_compress_desc *, const vt_tree *raw, vt_tree *out,
                            vt_compress_report *or_null);
 
-// ---- colour spaces (D65; METHODS 4)
-void vt_lab_from_srgb(const float srgb[3], float lab[3]); // srgb 0..1, encoded
-void vt_srgb_from_lab(const float lab[3], float srgb[3]); // clamped to 0..1
-
 // ---- the quantiser itself, on any vectors
 typedef struct vt_gla_desc {
   uint32_t cookie;

@@ -3,7 +3,7 @@
 #include "tests/unit.h"
 #include "base/context.h"
 #include "compress/compress.h"
-#include "compress/lab.h"
+#include "base/lab.h"
 
 // The textbook formulas in double, on their own constants.
 static double reference_f(double t) {

@@ -3,7 +3,7 @@
 //
 // The program gets a process group of its own: a Ctrl-C at the terminal reaches us alone, and we end the program with
 // all that it started. If we die without that, its next line meets a broken pipe.
-#include "capture/child_process.h"
+#include "base/child_process.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>

@@ -1,7 +1,7 @@
 // child_process.h - running another program and reading what it says
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef VT_CAPTURE_CHILD_PROCESS_H
-#define VT_CAPTURE_CHILD_PROCESS_H
+#ifndef VT_BASE_CHILD_PROCESS_H
+#define VT_BASE_CHILD_PROCESS_H
 
 #include "base/context.h"
 #include <stdio.h>

@@ -7,8 +7,7 @@
 // (a guess from the exponent and two steps of Halley's iteration, relative error about 2e-7): it vectorises, and it is
 // the same on every machine, which cbrtf of different libraries is not.
 
-#include "compress/compress.h"
-#include "compress/lab.h"
+#include "base/lab.h"
 #include <math.h>
 #include <string.h>
 
