@@ -9,6 +9,9 @@
 void vt_free_mesh(vt_context *ctx, vt_mesh *mesh) {
   vt_free(ctx, mesh->vertices);
   vt_free(ctx, mesh->triangles);
+  vt_free(ctx, mesh->triangle_materials);
+  for (int i = 0; i < mesh->material_count; i++) vt_free_image(ctx, &mesh->materials[i].texture);
+  vt_free(ctx, mesh->materials);
   *mesh = (vt_mesh){0};
 }
 
@@ -25,9 +28,13 @@ vt_status vt_reserve_mesh(vt_context *ctx, vt_mesh *mesh, size_t vertex_count, s
   size_t vertices = mesh->vertex_count + vertex_count, triangles = mesh->triangle_count + triangle_count;
   if (vertices > UINT32_MAX - 1 || triangles > UINT32_MAX - 1)
     return vt_fail(ctx, VT_OUT_OF_MEMORY, "synthetic tree: too many triangles for 32 bits; ask for fewer leaves");
-  void *vertex_array = mesh->vertices, *triangle_array = mesh->triangles;
+  void *vertex_array = mesh->vertices, *triangle_array = mesh->triangles, *material_array = mesh->triangle_materials;
   vt_status status = grow_array(ctx, &vertex_array, &mesh->vertex_capacity, vertices, sizeof *mesh->vertices);
   mesh->vertices = vertex_array;
+  if (status) return status;
+  size_t capacity = mesh->triangle_capacity; // of both arrays
+  status = grow_array(ctx, &material_array, &capacity, triangles, sizeof *mesh->triangle_materials);
+  mesh->triangle_materials = material_array;
   if (status) return status;
   status = grow_array(ctx, &triangle_array, &mesh->triangle_capacity, triangles, sizeof *mesh->triangles);
   mesh->triangles = triangle_array;

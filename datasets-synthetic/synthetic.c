@@ -28,7 +28,7 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
   const struct {
     const char *name;
     int value, low, high;
-  } counts[] = {{"kind", (int)d->kind, VT_SYNTHETIC_TREE, VT_SYNTHETIC_BLOBS},
+  } counts[] = {{"kind", (int)d->kind, VT_SYNTHETIC_TREE, VT_SYNTHETIC_CROWN},
                 {"train_count", d->train_count, 1, 1000},
                 {"test_count", d->test_count, 0, 1000},
                 {"width", d->width, 1, 8192},
@@ -85,14 +85,4 @@ vt_status vt_make_synthetic_views(vt_context *ctx, const vt_synthetic_desc *desc
   }
   if (status) vt_free_views(ctx, out);
   return status;
-}
-
-double vt_true_optical_depth(const vt_synthetic_desc *desc, const vt_ray *ray, double near, double far) {
-  vt_phantom phantom = vt_make_phantom(desc);
-  return vt_phantom_depth(&phantom, ray, near, far);
-}
-
-double vt_true_extinction(const vt_synthetic_desc *desc, vt_vec3 point) {
-  vt_phantom phantom = vt_make_phantom(desc);
-  return vt_phantom_extinction(&phantom, point);
 }

@@ -71,11 +71,12 @@ typedef struct vt_synthetic_desc {
 } vt_synthetic_desc;
 vt_synthetic_desc vt_default_synthetic_desc(void);
 
-// Makes the object and photographs it. Names are "train/r_0.png", ...; world z is up, the object about 2 units high
-// around the origin. With a backdrop the pictures are opaque (alpha 255) and the exact mattes go to `mattes_or_null`: as many
-// one-channel pictures, in the order of the views (caller frees each and the array). Same desc, same bits, for any number of
-// threads. Caller frees `out`. VT_BAD_INPUT where a field is out of range, VT_OUT_OF_MEMORY, VT_CANCELLED.
-vt_status vt_make_synthetic_views(vt_context *, const vt_synthetic_desc *, vt_views *out, vt_image **mattes_or_null);
+// Makes the object and photographs it, with exact mattes whatever the backdrop. Names are "train/r_0.png", ...; world z is
+// up, the object about 2 units high around the origin. Same desc, same bits, for any number of threads. Caller frees `out`.
+// VT_BAD_INPUT where a field is out of range, VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_make_synthetic_views(vt_context *, const vt_synthetic_desc *, vt_views *out);
+// Puts desc.backdrop behind every picture: they become opaque (alpha 255). VT_BACKDROP_NONE changes nothing.
+vt_status vt_put_before_backdrop(vt_context *, const vt_synthetic_desc *, vt_views *);
 
 // ==== scenes with names, the same for tests, bench and player ========================================================
 

@@ -1,4 +1,4 @@
-// test_compress_lab.c - CIELab there and back
+// test_base_lab.c - CIELab there and back
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/unit.h"
 #include "base/context.h"

@@ -3,6 +3,7 @@
 #include "tests/unit.h"
 #include "base/context.h"
 #include "base/rng.h"
+#include "base/lab.h"
 #include "compress/compress.h"
 
 static vt_context *context_with(int threads) {

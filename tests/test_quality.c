@@ -11,9 +11,9 @@
 #include "base/file.h"
 #include "base/image_metrics.h"
 #include "compress/compress.h"
+#include "datasets-synthetic/synthetic.h"
 #include "reconstruct/reconstruct.h"
 #include "render/render.h"
-#include "tests/scenes.h"
 #include "tests/unit.h"
 
 #define MOST_ROWS 32
@@ -125,8 +125,9 @@ static void measure_all(vt_context *context, table *out) {
   static const vt_method methods[] = {VT_METHOD_2004, VT_METHOD_2006, VT_METHOD_BEST};
   out->count = 0;
   for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++) {
-    vt_synthetic_desc desc = vt_scene_desc(vt_find_scene(scenes[s]));
+    vt_synthetic_desc desc;
     vt_views views;
+    assert_true(vt_find_scene(scenes[s], &desc));
     assert_int_equal(vt_make_synthetic_views(context, &desc, &views), VT_OK);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
       char text[256];

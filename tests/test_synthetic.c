@@ -19,6 +19,8 @@ static vt_context *make_context(int threads, uint64_t max_memory) {
   return ctx;
 }
 
+static const vt_synthetic_kind kinds[] = {VT_SYNTHETIC_TREE, VT_SYNTHETIC_BALL, VT_SYNTHETIC_SHELL, VT_SYNTHETIC_BLOBS};
+
 static vt_synthetic_desc small_desc(vt_synthetic_kind kind) {
   vt_synthetic_desc desc = vt_default_synthetic_desc();
   desc.kind = kind, desc.train_count = 5, desc.test_count = 2, desc.width = desc.height = 64, desc.supersample = 2;
@@ -29,7 +31,8 @@ static vt_synthetic_desc small_desc(vt_synthetic_kind kind) {
 static void views_have_names_roles_pictures_and_valid_cameras(void **state) {
   (void)state;
   vt_context *ctx = make_context(2, 0);
-  for (int kind = VT_SYNTHETIC_TREE; kind <= VT_SYNTHETIC_BLOBS; kind++) {
+  for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+    vt_synthetic_kind kind = kinds[k];
     vt_synthetic_desc desc = small_desc(kind);
     desc.width = 48, desc.height = 32;
     vt_views views;
@@ -111,7 +114,8 @@ static void trees_fill_the_frame_and_stay_inside_it(void **state) {
 
 static void same_desc_gives_same_bits_for_any_number_of_threads(void **state) {
   (void)state;
-  for (int kind = VT_SYNTHETIC_TREE; kind <= VT_SYNTHETIC_BLOBS; kind += 3) {
+  for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k += 3) {
+    vt_synthetic_kind kind = kinds[k];
     vt_synthetic_desc desc = small_desc(kind);
     vt_context *first = make_context(1, 0);
     vt_views expected;
@@ -395,6 +399,12 @@ static void ball_alpha_is_the_formula(void **state) {
   vt_destroy_context(ctx);
 }
 
+static vt_truth *open_truth(vt_context *ctx, const vt_synthetic_desc *desc) {
+  vt_truth *truth;
+  assert_int_equal(vt_create_truth(ctx, desc, &truth), VT_OK);
+  return truth;
+}
+
 static void phantom_pictures_agree_with_true_optical_depth(void **state) {
   (void)state;
   vt_context *ctx = make_context(1, 0);
@@ -402,6 +412,7 @@ static void phantom_pictures_agree_with_true_optical_depth(void **state) {
     vt_synthetic_desc desc = small_desc(kind);
     desc.supersample = 3, desc.width = desc.height = 33;
     vt_views views;
+    vt_truth *truth = open_truth(ctx, &desc);
     assert_int_equal(vt_make_synthetic_views(ctx, &desc, &views), VT_OK);
     const vt_view *view = &views.items[3];
     int between = 0;
@@ -409,7 +420,7 @@ static void phantom_pictures_agree_with_true_optical_depth(void **state) {
       double alpha = 0;
       for (int k = 0; k < 9; k++) {
         vt_ray ray = vt_camera_ray(&view->camera, i % 33 + (k % 3 + 0.5) / 3, i / 33 + (k / 3 + 0.5) / 3);
-        alpha += (1 - exp(-vt_true_optical_depth(&desc, &ray, 0, 1e3))) / 9;
+        alpha += (1 - exp(-vt_true_optical_depth(truth, &ray, 0, 1e3, 0))) / 9;
       }
       assert_close(view->picture.pixels[4 * i + 3], 255 * alpha, 0.501);
       between += alpha > 0.05 && alpha < 0.95;
@@ -417,6 +428,7 @@ static void phantom_pictures_agree_with_true_optical_depth(void **state) {
     assert_true(between > 40);
     assert_close(measure_reach(&views), kind == VT_SYNTHETIC_BLOBS ? 0.8 : 0.84,
                  kind == VT_SYNTHETIC_BLOBS ? 0.17 : 0.04);
+    vt_destroy_truth(ctx, truth);
     vt_free_views(ctx, &views);
   }
   vt_destroy_context(ctx);
@@ -424,10 +436,12 @@ static void phantom_pictures_agree_with_true_optical_depth(void **state) {
 
 static void optical_depth_is_the_integral_of_extinction(void **state) {
   (void)state;
+  vt_context *ctx = make_context(1, 0);
   vt_rng rng = vt_seed_rng(3, 3);
   for (int round = 0; round < 60; round++) {
     vt_synthetic_desc desc = small_desc(VT_SYNTHETIC_BALL + round % 3);
     desc.seed = (uint32_t)round;
+    vt_truth *truth = open_truth(ctx, &desc);
     vt_vec3 from = {0, 0, 0}, to = {0, 0, 0};
     from.x = vt_random_between(&rng, -2, 2), from.y = vt_random_between(&rng, -2, 2),
     from.z = vt_random_between(&rng, -2, 2);
@@ -438,14 +452,16 @@ static void optical_depth_is_the_integral_of_extinction(void **state) {
     int steps = 200000;
     for (int k = 0; k < steps; k++) {
       double s = near + (far - near) * (k + 0.5) / steps;
-      sum += vt_true_extinction(&desc, vt_add(ray.origin, vt_scale(ray.direction, s))) * (far - near) / steps;
+      sum += vt_true_extinction(truth, vt_add(ray.origin, vt_scale(ray.direction, s))) * (far - near) / steps;
     }
-    double depth = vt_true_optical_depth(&desc, &ray, near, far), middle = 0.3 * near + 0.7 * far;
+    double depth = vt_true_optical_depth(truth, &ray, near, far, 0), middle = 0.3 * near + 0.7 * far;
     assert_close(depth, sum, desc.kind == VT_SYNTHETIC_BLOBS ? 1e-8 : 3e-4);
-    assert_close(vt_true_optical_depth(&desc, &ray, near, middle) + vt_true_optical_depth(&desc, &ray, middle, far),
+    assert_close(vt_true_optical_depth(truth, &ray, near, middle, 0) + vt_true_optical_depth(truth, &ray, middle, far, 0),
                  depth, 1e-12);
-    assert_true(vt_true_optical_depth(&desc, &ray, far, near) == 0);
+    assert_true(vt_true_optical_depth(truth, &ray, far, near, 0) == 0);
+    vt_destroy_truth(ctx, truth);
   }
+  vt_destroy_context(ctx);
 }
 
 static void blobs_peak_at_the_asked_extinction(void **state) {
@@ -456,7 +472,7 @@ static void blobs_peak_at_the_asked_extinction(void **state) {
     vt_phantom phantom = vt_make_phantom(&desc);
     double highest = 0;
     for (int i = 0; i < phantom.blob_count; i++) {
-      highest = fmax(highest, vt_true_extinction(&desc, phantom.blobs[i].centre));
+      highest = fmax(highest, vt_phantom_extinction(&phantom, phantom.blobs[i].centre));
       assert_true(vt_length(phantom.blobs[i].centre) + 3 * phantom.blobs[i].deviation < 1);
     }
     assert_close(highest, 6, 1e-9);
@@ -473,7 +489,7 @@ static void unusable_descs_are_refused_with_a_sentence(void **state) {
   bad[0].train_count = 0, bad[1].train_count = 1001, bad[2].test_count = -1, bad[3].width = 0,
   bad[4].height = 2000000000;
   bad[5].supersample = 0, bad[6].supersample = 9, bad[7].leaf_count = -1, bad[8].fov_y = NAN, bad[9].fov_y = 0;
-  bad[10].peak_extinction = INFINITY, bad[11].kind = (vt_synthetic_kind)9;
+  bad[10].peak_extinction = INFINITY, bad[11].kind = (vt_synthetic_kind)99;
   for (int i = 0; i < 12; i++) {
     vt_views views = {0};
     assert_int_equal(vt_make_synthetic_views(ctx, &bad[i], &views), VT_BAD_INPUT);
@@ -487,7 +503,8 @@ static void unusable_descs_are_refused_with_a_sentence(void **state) {
 static void smallest_descs_work(void **state) {
   (void)state;
   vt_context *ctx = make_context(3, 0);
-  for (int kind = VT_SYNTHETIC_TREE; kind <= VT_SYNTHETIC_BLOBS; kind++) {
+  for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+    vt_synthetic_kind kind = kinds[k];
     vt_synthetic_desc desc = small_desc(kind);
     desc.train_count = 1, desc.test_count = 0, desc.width = desc.height = 1, desc.supersample = 1, desc.leaf_count = 0;
     desc.fov_y = 2.5;

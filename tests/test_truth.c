@@ -8,7 +8,7 @@
 #include "base/image_metrics.h"
 #include "base/rng.h"
 #include "reconstruct/reconstruct.h"
-#include "tests/scenes.h"
+#include "datasets-synthetic/synthetic.h"
 #include "tests/unit.h"
 
 static const char *const method_names[] = {"2004", "2006", "best"};
@@ -16,6 +16,7 @@ static const char *const method_names[] = {"2004", "2006", "best"};
 typedef struct work {
   vt_context *context;
   vt_synthetic_desc desc;
+  vt_truth *truth; // of phantoms
   vt_views views;
   vt_tree tree;
 } work;
@@ -23,8 +24,10 @@ typedef struct work {
 static void begin(work *w, const char *scene) {
   vt_context_desc desc = vt_default_context_desc();
   desc.log_level = VT_LOG_QUIET;
-  *w = (work){.context = vt_create_context(&desc), .desc = vt_scene_desc(vt_find_scene(scene))};
+  *w = (work){.context = vt_create_context(&desc)};
   assert_non_null(w->context);
+  assert_true(vt_find_scene(scene, &w->desc));
+  if (vt_is_phantom(w->desc.kind)) assert_int_equal(vt_create_truth(w->context, &w->desc, &w->truth), VT_OK);
   assert_int_equal(vt_make_synthetic_views(w->context, &w->desc, &w->views), VT_OK);
 }
 
@@ -36,6 +39,7 @@ static void reconstruct(work *w, vt_method method) {
 
 static void end(work *w) {
   vt_free_tree(w->context, &w->tree);
+  vt_destroy_truth(w->context, w->truth);
   vt_free_views(w->context, &w->views);
   vt_destroy_context(w->context); // asserts that nothing is left
 }
@@ -66,7 +70,7 @@ static bool seen_by_all(const work *w, vt_vec3 point, double *least) {
         pixel[1] > camera->height)
       return false;
     vt_ray ray = vt_camera_ray(camera, pixel[0], pixel[1]);
-    *least = fmin(*least, -expm1(-vt_true_optical_depth(&w->desc, &ray, 0, INFINITY)));
+    *least = fmin(*least, -expm1(-vt_true_optical_depth(w->truth, &ray, 0, INFINITY, 0)));
   }
   return true;
 }
@@ -96,7 +100,7 @@ static void check_hull(const char *scene, bool cut, double least_alpha, bool in_
   for (int i = 0; i < POINTS; i++) {
     vt_vec3 point = point_in_ball(&rng, 1.05);
     double alpha;
-    if (!(vt_true_extinction(&w.desc, point) > 0) || !seen_by_all(&w, point, &alpha) || alpha < least_alpha) continue;
+    if (!(vt_true_extinction(w.truth, point) > 0) || !seen_by_all(&w, point, &alpha) || alpha < least_alpha) continue;
     if (in_root && !is_kept(&w.tree.octree, 0, point)) continue;
     judged++;
     for (int l = 0; l <= LEVEL; l++) lost[l] += !is_kept(&w.tree.octree, l, point);
@@ -147,7 +151,7 @@ static double alpha_error_of_new_rays(const work *w) {
     vt_ray ray = {eye, vt_normalise(vt_sub(point_in_ball(&rng, 1), eye))};
     size_t count = vt_walk_ray(octree, leaf, &ray, segments);
     for (size_t k = 0; k < count; k++) tau += segments[k].length * octree->levels[leaf].optical_depth[segments[k].cell];
-    double error = exp(-vt_true_optical_depth(&w->desc, &ray, 0, INFINITY)) - exp(-tau);
+    double error = exp(-vt_true_optical_depth(w->truth, &ray, 0, INFINITY, 0)) - exp(-tau);
     sum += error * error;
   }
   vt_free(w->context, segments);

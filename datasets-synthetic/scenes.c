@@ -1,0 +1,41 @@
+// scenes.c - synthetic scenes with names, the same ones for tests, bench and player
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A scene never changes under its name. Those whose names end in a number are small enough that a whole reconstruction
+// takes about a second, and large enough that a loss of quality shows.
+
+#include "datasets-synthetic/synthetic.h"
+
+#include <string.h>
+
+typedef struct scene {
+  const char *name;
+  vt_synthetic_kind kind;
+  int train_count, test_count, size, supersample, leaf_count;
+  double peak_extinction; // of phantoms, per unit length
+} scene;
+
+static const scene scenes[] = {{"tree_96", VT_SYNTHETIC_TREE, 16, 4, 96, 4, 1500, 1},
+                               {"shell_64", VT_SYNTHETIC_SHELL, 16, 4, 64, 2, 0, 2},
+                               {"blobs_64", VT_SYNTHETIC_BLOBS, 16, 4, 64, 2, 0, 4},
+                               {"ball_64", VT_SYNTHETIC_BALL, 16, 4, 64, 2, 0, 2}};
+
+const char *vt_scene_name(size_t i) {
+  return i < sizeof scenes / sizeof *scenes ? scenes[i].name : NULL;
+}
+
+bool vt_find_scene(const char *name, vt_synthetic_desc *out) {
+  for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+    const scene *s = &scenes[i];
+    if (strcmp(s->name, name)) continue;
+    *out = vt_default_synthetic_desc();
+    out->kind = s->kind;
+    out->train_count = s->train_count, out->test_count = s->test_count;
+    out->width = out->height = s->size;
+    out->supersample = s->supersample;
+    out->leaf_count = s->leaf_count;
+    out->peak_extinction = s->peak_extinction;
+    return true;
+  }
+  return false;
+}
