@@ -147,7 +147,7 @@ static double fissured(const bark_brush *b, double u, double v, double tint[3]) 
   double crack = bump(ridge, 0.24);
   double moss = fmax(0, noise_at(&b->broad, u, v)) * 0.2; // a breath of green on the ridges
   tint[0] = 1 - 0.5 * moss, tint[2] = 1 - 0.7 * moss;
-  return tone * (1 - 0.68 * crack);
+  return tone * (1 - 0.78 * crack);
 }
 
 // Distance to the border between the two nearest plates, and the nearer one's tone.
