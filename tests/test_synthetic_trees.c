@@ -289,7 +289,7 @@ static void leaves_are_green_and_only_birch_is_white(void **state) {
   (void)state;
   vt_context *ctx = make_context(1, 0);
   for (int k = 1; k < KIND_COUNT; k++)
-    for (uint32_t seed = 0; seed < 3; seed++) {
+    for (uint32_t seed = 0; seed < 2; seed++) {
       vt_mesh mesh = grow(ctx, kinds[k], seed, 1000);
       double sum[VT_TREE_MATERIALS][3] = {{0}}, weight[VT_TREE_MATERIALS] = {0};
       for (size_t t = 0; t < mesh.triangle_count; t++) {
@@ -349,7 +349,7 @@ static void trees_are_centred_and_two_units_high(void **state) {
 static void crowns_have_the_outline_of_their_kind(void **state) {
   (void)state;
   vt_context *ctx = make_context(1, 0);
-  for (uint32_t seed = 0; seed < 4; seed++) {
+  for (uint32_t seed = 0; seed < 3; seed++) {
     vt_mesh oak = grow(ctx, VT_SYNTHETIC_OAK, seed, 3000), pine = grow(ctx, VT_SYNTHETIC_PINE, seed, 3000);
     vt_mesh birch = grow(ctx, VT_SYNTHETIC_BIRCH, seed, 3000), willow = grow(ctx, VT_SYNTHETIC_WILLOW, seed, 3000);
     assert_true(width_of(&oak, -1, 1) > 1.5);                                          // broad
@@ -397,7 +397,7 @@ static void an_oak_is_dense_and_a_small_oak_is_seen_through(void **state) {
   vt_context *ctx = make_context(2, 0);
   double densities[2];
   for (int i = 0; i < 2; i++) {
-    vt_views views = photograph(ctx, i ? VT_SYNTHETIC_SMALL_OAK : VT_SYNTHETIC_OAK, 1, i ? -1 : 60000, 128);
+    vt_views views = photograph(ctx, i ? VT_SYNTHETIC_SMALL_OAK : VT_SYNTHETIC_OAK, 1, i ? -1 : 40000, 128);
     densities[i] = crown_density(&views);
     vt_free_views(ctx, &views);
   }
@@ -453,7 +453,7 @@ static void same_seed_gives_same_bits_for_any_number_of_threads(void **state) {
         assert_memory_equal(a.materials[m].texture.pixels, b.materials[m].texture.pixels, 128 * 128 * 4);
     vt_free_mesh(one, &a);
     vt_free_mesh(three, &b);
-    if (kinds[k] != VT_SYNTHETIC_PINE && kinds[k] != VT_SYNTHETIC_BIRCH) continue; // light takes the time
+    if (kinds[k] != VT_SYNTHETIC_PINE) continue; // nothing before the light runs on threads
     vt_views first = photograph(one, kinds[k], 6, 900, SIZE), second = photograph(three, kinds[k], 6, 900, SIZE);
     for (int i = 0; i < first.count; i++)
       assert_memory_equal(first.items[i].picture.pixels, second.items[i].picture.pixels, SIZE * SIZE * 4);
