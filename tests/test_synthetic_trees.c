@@ -303,7 +303,7 @@ static void leaves_are_green_and_only_birch_is_white(void **state) {
       assert_true(leaf[1] > 1.4 * leaf[0] && leaf[0] > leaf[2]);
       double green = leaf[1] / weight[VT_TREE_LEAF], grey = bark[1] / weight[VT_TREE_BARK];
       assert_true(green > 0.07 && green < 0.22);
-      if (kinds[k] == VT_SYNTHETIC_BIRCH) assert_true(grey > 0.3 && grey < 0.75);
+      if (kinds[k] == VT_SYNTHETIC_BIRCH) assert_true(grey > 0.27 && grey < 0.6);
       else assert_true(grey > 0.05 && grey < 0.22);
       vt_free_mesh(ctx, &mesh);
     }
@@ -397,7 +397,7 @@ static void an_oak_is_dense_and_a_small_oak_is_seen_through(void **state) {
   vt_context *ctx = make_context(2, 0);
   double densities[2];
   for (int i = 0; i < 2; i++) {
-    vt_views views = photograph(ctx, i ? VT_SYNTHETIC_SMALL_OAK : VT_SYNTHETIC_OAK, 1, i ? -1 : 40000, 128);
+    vt_views views = photograph(ctx, i ? VT_SYNTHETIC_SMALL_OAK : VT_SYNTHETIC_OAK, 1, i ? -1 : 20000, 128);
     densities[i] = crown_density(&views);
     vt_free_views(ctx, &views);
   }
@@ -409,7 +409,9 @@ static void an_oak_is_dense_and_a_small_oak_is_seen_through(void **state) {
 // Squares of a plane through the trunk that something stands before or behind.
 static void cast_shadow(const vt_mesh *mesh, bool shadow[32][32]) {
   for (size_t v = 0; v < mesh->vertex_count; v++) {
-    int x = (int)floor((mesh->vertices[v].position[0] + 1.4) / 2.8 * 32), z = (int)floor((mesh->vertices[v].position[2] + 1) * 15.9);
+    const float *p = mesh->vertices[v].position;
+    int x = (int)floor((p[0] + 1.4) / 2.8 * 32), z = (int)floor((p[2] + 1) * 15.9);
+    if (x < 0 || x > 31) continue;
     shadow[z][x] = true;
   }
 }
@@ -482,7 +484,7 @@ static void named_scenes_have_the_kinds_they_say(void **state) {
 static void growing_keeps_the_bound_of_memory(void **state) {
   (void)state;
   for (int k = 0; k < KIND_COUNT; k++)
-    for (uint64_t bound = 20000; bound < 200000000; bound *= 7) {
+    for (uint64_t bound = 20000; bound < 200000000; bound *= 20) {
       vt_context *ctx = make_context(1, bound);
       vt_synthetic_desc desc = vt_default_synthetic_desc();
       desc.kind = kinds[k], desc.leaf_count = 500;
