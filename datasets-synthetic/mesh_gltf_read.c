@@ -289,7 +289,7 @@ static vt_status reach(scene_reader *s, const vt_json *list, size_t i, size_t *t
 
 static vt_status push_roots(scene_reader *s, size_t *top) {
   const affine identity = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
-  size_t scene = 0, node;
+  size_t scene = 0, node = 0;
   if (vt_gltf_whole(s->gltf.json, "scene", SIZE_MAX, &scene) < 0) scene = SIZE_MAX;
   const vt_json *list = vt_json_member(vt_gltf_item(&s->gltf, "scenes", scene), "nodes");
   vt_status status = VT_OK;
@@ -301,7 +301,7 @@ static vt_status push_roots(scene_reader *s, size_t *top) {
 }
 
 static vt_status read_nodes(scene_reader *s) {
-  size_t top = 0, child;
+  size_t top = 0, child = 0;
   s->node_count = vt_json_count(vt_json_member(s->gltf.json, "nodes"));
   if (s->node_count >= UINT32_MAX)
     return vt_fail(s->gltf.ctx, VT_BAD_INPUT, "%s: too many nodes; join some", s->gltf.path);

@@ -28,7 +28,9 @@ typedef struct corner {
 typedef struct obj_file {
   vt_context *ctx;
   vt_text text;
-  triples lists[LIST_COUNT], colours; // colours: of all positions, or none
+  triples lists[LIST_COUNT];
+  size_t colour_count, colour_capacity; // of all positions, or 0
+  double (*colours)[3];                 // owned; -1: none given. A float would lose bits of the decoded value
   double largest_colour;
   size_t seen[LIST_COUNT]; // on the second way
   vt_mtl_library library;
@@ -66,17 +68,20 @@ static bool take_floats(const double *values, int count, float *to) {
   return true;
 }
 
-static vt_status add_colour(obj_file *obj, const double *rgb) { // NULL: white
-  if (!rgb && !obj->colours.count) return VT_OK;
-  while (obj->colours.count < obj->lists[POSITION].count) { // those in front had none
-    float *to = add_triple(obj->ctx, &obj->colours);
-    if (!to) return VT_OUT_OF_MEMORY;
-    for (int k = 0; k < 3; k++) to[k] = -1;
+static vt_status add_colour(obj_file *obj, const double *rgb) { // NULL: none given
+  size_t needed = obj->lists[POSITION].count;
+  if (!rgb && !obj->colour_count) return VT_OK;
+  if (needed > obj->colour_capacity) {
+    void *colours = vt_realloc(obj->ctx, obj->colours, 2 * needed, sizeof *obj->colours);
+    if (!colours) return VT_OUT_OF_MEMORY;
+    obj->colours = colours;
+    obj->colour_capacity = 2 * needed;
   }
-  float *last = obj->colours.items[obj->colours.count - 1];
+  for (; obj->colour_count < needed; obj->colour_count++) // those in front had none
+    for (int k = 0; k < 3; k++) obj->colours[obj->colour_count][k] = -1;
   for (int k = 0; k < 3 && rgb; k++) {
-    last[k] = (float)fmin(fmax(rgb[k], 0), 255);
-    obj->largest_colour = fmax(obj->largest_colour, last[k]);
+    obj->colours[needed - 1][k] = fmin(fmax(rgb[k], 0), 255);
+    obj->largest_colour = fmax(obj->largest_colour, obj->colours[needed - 1][k]);
   }
   return VT_OK;
 }
@@ -211,7 +216,7 @@ static vt_status make_material(obj_file *obj) {
     return status;
   }
   vt_fill_plain_material(material, false);
-  for (int c = 0; c < 3 && !obj->colours.count; c++) material->albedo[c] = 0.8f; // what other programs show
+  for (int c = 0; c < 3 && !obj->colour_count; c++) material->albedo[c] = 0.8f; // what other programs show
   if (length >= sizeof material->name) length = sizeof material->name - 1;
   memset(material->name, 0, sizeof material->name);
   memcpy(material->name, name, length);
@@ -259,8 +264,8 @@ static bool grow_face(obj_file *obj) {
 
 static void take_colour(const obj_file *obj, uint32_t position, vt_vertex *to) {
   for (int k = 0; k < 3; k++) to->albedo[k] = 1;
-  if (!obj->colours.count || obj->colours.items[position][0] < 0) return;
-  const float *colour = obj->colours.items[position];
+  if (!obj->colour_count || obj->colours[position][0] < 0) return;
+  const double *colour = obj->colours[position];
   double scale = obj->largest_colour > 1 ? 1.0 / 255 : 1;
   for (int k = 0; k < 3; k++) to->albedo[k] = (float)vt_linear_from_srgb(colour[k] * scale);
 }
@@ -345,7 +350,7 @@ vt_status vt_read_obj(vt_context *ctx, const char *path, vt_mesh *out) {
   if (!status) status = read_faces(&obj);
   if (!status) status = vt_mend_mesh(ctx, out, obj.sides);
   for (int i = 0; i < LIST_COUNT; i++) vt_free(ctx, obj.lists[i].items);
-  vt_free(ctx, obj.colours.items);
+  vt_free(ctx, obj.colours);
   vt_free(ctx, obj.corners);
   vt_free(ctx, obj.points);
   vt_free(ctx, obj.order);
