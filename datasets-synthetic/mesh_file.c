@@ -100,10 +100,12 @@ vt_status vt_reserve_read(vt_context *ctx, const char *path, vt_mesh *mesh, size
   const size_t limit = UINT32_MAX / 2;
   if (vertex_count > limit - mesh->vertex_count || triangle_count > limit - mesh->triangle_count)
     return vt_fail(ctx, VT_OUT_OF_MEMORY, "%s: more than 2^31 vertices or triangles; reduce the model", path);
+  // vt_reserve_mesh takes half as much again as there was, and an array stands beside its copy while it grows.
+  size_t vertices = mesh->vertex_count + vertex_count, triangles = mesh->triangle_count + triangle_count;
   uint64_t more = 0, bound = vt_memory_bound(ctx), used = vt_bytes_in_use(ctx);
-  if (mesh->vertex_count + vertex_count > mesh->vertex_capacity) more += vertex_count * sizeof *mesh->vertices;
-  if (mesh->triangle_count + triangle_count > mesh->triangle_capacity)
-    more += triangle_count * (sizeof *mesh->triangles + sizeof *mesh->triangle_materials);
+  if (vertices > mesh->vertex_capacity) more += (vertices + mesh->vertex_capacity / 2) * sizeof *mesh->vertices;
+  if (triangles > mesh->triangle_capacity)
+    more += (triangles + mesh->triangle_capacity / 2) * (sizeof *mesh->triangles + sizeof *mesh->triangle_materials);
   if (more > bound - (used < bound ? used : bound))
     return vt_fail(ctx, VT_OUT_OF_MEMORY,
                    "%s: its triangles do not fit into memory; raise the bound or reduce the model", path);
