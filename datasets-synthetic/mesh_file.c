@@ -28,11 +28,11 @@ vt_status vt_read_mesh(vt_context *ctx, const char *path, vt_mesh *out) {
 
 vt_status vt_write_mesh(vt_context *ctx, const vt_mesh *mesh, const char *path) {
   mesh_format format = format_of(path);
-  if (format != FORMAT_OBJ && format != FORMAT_GLB)
-    return vt_fail(ctx, VT_FAILED, "%s: unknown kind of mesh; end its name in .obj or .glb", path);
+  if (format == FORMAT_UNKNOWN)
+    return vt_fail(ctx, VT_FAILED, "%s: unknown kind of mesh; end its name in .obj, .gltf or .glb", path);
   if (!mesh->triangle_count)
     return vt_fail(ctx, VT_FAILED, "%s: the mesh has no triangles; give it a trunk or leaves", path);
-  return format == FORMAT_OBJ ? vt_write_obj(ctx, mesh, path) : vt_write_glb(ctx, mesh, path);
+  return format == FORMAT_OBJ ? vt_write_obj(ctx, mesh, path) : vt_write_gltf(ctx, mesh, path, format == FORMAT_GLB);
 }
 
 // ---- a table from three words to one

@@ -8,7 +8,8 @@
 vt_status vt_read_obj(vt_context *, const char *path, vt_mesh *out);
 vt_status vt_read_gltf(vt_context *, const char *path, vt_mesh *out);
 vt_status vt_write_obj(vt_context *, const vt_mesh *, const char *path);
-vt_status vt_write_glb(vt_context *, const vt_mesh *, const char *path);
+vt_status vt_write_gltf(vt_context *, const vt_mesh *, const char *path,
+                        bool binary); // .glb; else .gltf, all in one file
 
 // ---- a table from three words to one
 

@@ -1,4 +1,4 @@
-// mesh_gltf_write.c - a mesh as a .glb file
+// mesh_gltf_write.c - a mesh as a .glb or .gltf file
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // One node, one mesh, one primitive a material, each with the vertices it uses in the order in which it uses them, so
@@ -7,6 +7,7 @@
 // extras as vt_thin and vt_translucency; doubleSided is what other programs need to draw a leaf.
 #include "datasets-synthetic/mesh_file.h"
 
+#include "base/base64.h"
 #include "base/file.h"
 #include "base/image_file.h"
 #include "base/json.h"
@@ -305,7 +306,7 @@ static void put_materials(const glb_writer *w, vt_json_writer *json) {
   vt_json_close_array(json);
 }
 
-static vt_status write_json(const glb_writer *w, char **text, size_t *size) {
+static vt_status write_json(const glb_writer *w, const char *quoted_uri, char **text, size_t *size) {
   vt_json_writer json = vt_begin_json(w->ctx);
   vt_json_open_object(&json, NULL);
   vt_json_open_object(&json, "asset");
@@ -321,16 +322,37 @@ static vt_status write_json(const glb_writer *w, char **text, size_t *size) {
   vt_json_open_array(&json, "buffers");
   vt_json_open_object(&json, NULL);
   vt_json_put_integer(&json, "byteLength", (long long)w->size);
+  if (quoted_uri) vt_json_put_raw(&json, "uri", quoted_uri);
   vt_json_close_object(&json);
   vt_json_close_array(&json);
   vt_json_close_object(&json);
   return vt_end_json(&json, text, size);
 }
 
+// A .gltf file carries its buffer as text.
+static vt_status write_text(const glb_writer *w) {
+  static const char head[] = "\"data:application/octet-stream;base64,";
+  char *text = NULL, *base64 = vt_base64_encode(w->ctx, w->binary, w->size);
+  size_t length = base64 ? strlen(base64) : 0, size;
+  char *uri = base64 ? VT_NEW(w->ctx, char, sizeof head + length + 1) : NULL;
+  vt_status status = uri ? VT_OK : VT_OUT_OF_MEMORY;
+  if (!status) {
+    memcpy(uri, head, sizeof head - 1);
+    memcpy(uri + sizeof head - 1, base64, length);
+    uri[sizeof head - 1 + length] = '"';
+    status = write_json(w, uri, &text, &size);
+  }
+  if (!status) status = vt_write_file(w->ctx, w->path, text, size);
+  vt_free(w->ctx, base64);
+  vt_free(w->ctx, uri);
+  vt_free(w->ctx, text);
+  return status;
+}
+
 static vt_status write_chunks(const glb_writer *w) {
   char *text;
   size_t text_size;
-  vt_status status = write_json(w, &text, &text_size);
+  vt_status status = write_json(w, NULL, &text, &text_size);
   if (status) return status;
   size_t json_size = (text_size + 3) / 4 * 4, size = 12 + 8 + json_size + 8 + w->size;
   uint8_t *file = VT_NEW(w->ctx, uint8_t, size);
@@ -354,7 +376,7 @@ static vt_status write_chunks(const glb_writer *w) {
   return status;
 }
 
-vt_status vt_write_glb(vt_context *ctx, const vt_mesh *mesh, const char *path) {
+vt_status vt_write_gltf(vt_context *ctx, const vt_mesh *mesh, const char *path, bool binary) {
   glb_writer w = {.ctx = ctx, .mesh = mesh, .path = path};
   vt_fill_plain_material(&w.plain[0], false);
   vt_fill_plain_material(&w.plain[1], true);
@@ -373,7 +395,7 @@ vt_status vt_write_glb(vt_context *ctx, const vt_mesh *mesh, const char *path) {
   if (!status) {
     w.binary = VT_NEW(ctx, uint8_t, w.size);
     if (w.binary) fill_binary(&w);
-    status = w.binary ? write_chunks(&w) : VT_OUT_OF_MEMORY;
+    status = !w.binary ? VT_OUT_OF_MEMORY : binary ? write_chunks(&w) : write_text(&w);
   }
   for (size_t m = 0; w.pictures && m < count; m++) vt_free(ctx, w.pictures[m]);
   vt_free(ctx, w.parts);

@@ -57,6 +57,35 @@ static inline vt_mesh grow_mesh(vt_context *ctx, int leaf_count, bool with_mater
   return mesh;
 }
 
+// Reads a file, and finds all that vt_mesh promises.
+static inline vt_mesh read_good(bench *b, const char *name) {
+  vt_mesh mesh;
+  vt_status status = vt_read_mesh(b->context, in_folder(b, name), &mesh);
+  if (status) fail_msg("%s", vt_last_error(b->context));
+  for (size_t v = 0; v < mesh.vertex_count; v++) {
+    const float *n = mesh.vertices[v].normal;
+    assert_close(sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1, 2e-6);
+  }
+  for (size_t t = 0; t < mesh.triangle_count; t++) {
+    assert_true(mesh.triangle_materials[t] < mesh.material_count);
+    assert_int_equal(mesh.materials[mesh.triangle_materials[t]].thin, t >= mesh.solid_count);
+    for (int i = 0; i < 3; i++) assert_true(mesh.triangles[t][i] < mesh.vertex_count);
+  }
+  return mesh;
+}
+
+static inline vt_mesh read_text(bench *b, const char *name, const char *text) {
+  put_file(b, name, text, strlen(text));
+  return read_good(b, name);
+}
+
+static inline void expect_vertex(const vt_mesh *mesh, size_t triangle, int corner, double x, double y, double z) {
+  const float *p = mesh->vertices[mesh->triangles[triangle][corner]].position;
+  assert_close(p[0], x, 1e-6);
+  assert_close(p[1], y, 1e-6);
+  assert_close(p[2], z, 1e-6);
+}
+
 // A quad, a triangle and a concave pentagon with two materials, in about 600 bytes: to be damaged.
 static inline const char *small_obj(void) {
   return "mtllib small.mtl\no tree\nv 0 0 0 1 0.5 0\nv 1 0 0\nv 1 1 0 0 0 1\nv 0 1 0\nv 0.5 0.5 \\\n 1e0\nv -.25 "
