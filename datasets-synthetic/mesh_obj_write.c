@@ -113,10 +113,14 @@ static vt_status put_material(out_text *out, const vt_material *material, const 
   put_text(out, "\n");
   put_encoded_colour(out, "Kd", material->albedo, "\n");
   char line[160], *to = line;
-  double r = material->roughness, ks = material->specular / VT_SPECULAR_OF_KS;
+  double r = material->roughness, ks = material->specular / VT_SPECULAR_OF_KS, back = -1;
+  int digits = 5;
+  do { // the fewest that read back the same
+    *vt_print_number(line, ks, ++digits) = 0;
+  } while (digits < 15 && (!vt_scan_number(line, &back) || (float)(back * VT_SPECULAR_OF_KS) != material->specular));
   for (int c = 0; c < 3; c++) {
     to += sprintf(to, c ? " " : "Ks ");
-    to = vt_print_number(to, ks, 12);
+    to = vt_print_number(to, ks, digits);
   }
   to += sprintf(to, "\nNs ");
   to = vt_print_number(to, fmin(2 / fmax(r * r * r * r, 1e-4) - 2, 1000), 4);
