@@ -70,7 +70,7 @@ static void wrong_obj_files_are_refused_with_their_line(void **state) {
   const char *libraries[] = {"newmtl a\nKd 1 x 1\n", "newmtl a\nKd 1 1 1\nmap_Kd none.png\n", "newmtl \n",
                              "newmtl a\nmap_Kd -clamp on\n"};
   for (int i = 0; i < 4; i++) {
-    char name[16];
+    char name[32];
     snprintf(name, sizeof name, "bad%d.mtl", i + 1);
     put_file(&b, name, libraries[i], strlen(libraries[i]));
   }
@@ -254,8 +254,8 @@ static void a_damaged_obj_or_mtl_file_is_an_error_or_a_sound_mesh(void **state) 
   const uint8_t *obj = (const uint8_t *)small_obj(), *mtl = (const uint8_t *)small_mtl();
   size_t obj_size = strlen(small_obj()), mtl_size = strlen(small_mtl());
   assert_true(read_sound_or_refused(b.context, in_folder(&b, "small.obj"), obj, obj_size));
-  damage_gives_an_error_or_a_sound_mesh(&b, "small.obj", obj, obj_size, 8000, 1, "small.obj", NULL, 0);
-  damage_gives_an_error_or_a_sound_mesh(&b, "small.mtl", mtl, mtl_size, 4000, 2, "small.obj", obj, obj_size);
+  damage_gives_an_error_or_a_sound_mesh(&b, "small.obj", obj, obj_size, 4000, 1, "small.obj", NULL, 0);
+  damage_gives_an_error_or_a_sound_mesh(&b, "small.mtl", mtl, mtl_size, 2000, 2, "small.obj", obj, obj_size);
   close_bench(&b);
 }
 
@@ -276,13 +276,13 @@ static void a_damaged_glb_or_gltf_file_is_an_error_or_a_sound_mesh(void **state)
   assert_int_equal(vt_write_mesh(b.context, &mesh, in_folder(&b, "small.glb")), VT_OK);
   vt_free_mesh(b.context, &mesh);
   assert_int_equal(vt_read_file(b.context, b.path, &data, &size), VT_OK);
-  damage_gives_an_error_or_a_sound_mesh(&b, "small.glb", data, size, 8000, 3, "small.glb", NULL, 0);
+  damage_gives_an_error_or_a_sound_mesh(&b, "small.glb", data, size, 4000, 3, "small.glb", NULL, 0);
   vt_free(b.context, data);
   const char text[] =
       NODES "\"materials\":[{\"alphaMode\":\"BLEND\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
             "\"indices\":1,\"mode\":4,\"material\":0}]}]," VIEWS "\"accessors\":[" POSITIONS
             ",{\"bufferView\":1,\"componentType\":5121,\"count\":3,\"type\":\"SCALAR\"}]," BUFFER;
-  damage_gives_an_error_or_a_sound_mesh(&b, "small.gltf", (const uint8_t *)text, strlen(text), 4000, 4, "small.gltf",
+  damage_gives_an_error_or_a_sound_mesh(&b, "small.gltf", (const uint8_t *)text, strlen(text), 2000, 4, "small.gltf",
                                         NULL, 0);
   close_bench(&b);
 }
