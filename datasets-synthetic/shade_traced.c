@@ -21,7 +21,7 @@
 
 static const float sun_radius = 0.00465f;     // of its disc, radians
 static const float smoothest = 0.12f;         // roughness below which the sun's highlight would be noise
-static const float inner_share = 0.25f;       // of sun and sky that a leaf inside the crown gets
+static const float inner_share = 0.1f;        // of sun and sky that a leaf inside the crown gets
 static const vt_material bark = {.albedo = {1, 1, 1}, .roughness = 1};
 static const vt_material leaf = {.albedo = {1, 1, 1}, .translucency = {0.62f, 0.66f, 0.3f}, .roughness = 1, .thin = true};
 
@@ -243,9 +243,10 @@ void vt_find_surface(const vt_look *look, const vt_vertex *vertices, const float
 
 // ---- light
 
-static float fresnel(float specular, float cosine) {
+// Schlick's, held down where the surface is rough: its grazing facets hide each other (Lagarde 2011).
+static float fresnel(const vt_surface *s, float cosine) {
   float c = 1 - fminf(fmaxf(cosine, 0), 1), c2 = c * c;
-  return specular + (1 - specular) * c2 * c2 * c;
+  return s->specular + (fmaxf(1 - s->roughness, s->specular) - s->specular) * c2 * c2 * c;
 }
 
 static float shadowing(float cosine, float alpha) { // Smith's G_1 of GGX
@@ -259,7 +260,7 @@ static float highlight(const vt_surface *s, const float light[3]) {
   if (!(s->specular > 0) || nl <= 0 || nv <= 0 || !normalise3(half)) return 0;
   float rough = fmaxf(s->roughness, smoothest), alpha = rough * rough, nh = dot3(s->normal, half);
   float base = nh * nh * (alpha * alpha - 1) + 1, density = alpha * alpha / (base * base); // pi D
-  return density * fresnel(s->specular, dot3(half, light)) * shadowing(nl, alpha) * shadowing(nv, alpha) / (4 * nv);
+  return density * fresnel(s, dot3(half, light)) * shadowing(nl, alpha) * shadowing(nv, alpha) / (4 * nv);
 }
 
 static void start_ray(const vt_look *look, const vt_surface *s, const float from[3], const float direction[3],
@@ -330,7 +331,7 @@ static bool sample_sheen(const vt_look *look, const vt_surface *s, const float r
   if (nl <= 0 || dot3(direction, s->flat) <= 0) return false;
   start_ray(look, s, s->position, direction, out);
   vt_sky_light(direction, light);
-  float weight = fresnel(s->specular, toward) * shadowing(nl, alpha);
+  float weight = fresnel(s, toward) * shadowing(nl, alpha);
   for (int k = 0; k < 3; k++) out->open[k] = weight * light[k], out->stopped[k] = weight * look->foliage[k];
   return true;
 }
