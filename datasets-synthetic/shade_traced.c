@@ -21,7 +21,7 @@
 
 static const float sun_radius = 0.00465f;     // of its disc, radians
 static const float smoothest = 0.12f;         // roughness below which the sun's highlight would be noise
-static const float inner_share = 0.1f;        // of sun and sky that a leaf inside the crown gets
+static const float inner_share = 0.06f;       // of sun and sky that a leaf inside the crown gets
 static const vt_material bark = {.albedo = {1, 1, 1}, .roughness = 1};
 static const vt_material leaf = {.albedo = {1, 1, 1}, .translucency = {0.62f, 0.66f, 0.3f}, .roughness = 1, .thin = true};
 

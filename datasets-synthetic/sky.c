@@ -12,9 +12,10 @@ vt_vec3 vt_sun_direction(uint32_t seed, int index) {
   vt_rng rng = vt_seed_rng(seed, 4);
   double height = vt_random_between(&rng, 0.75, 1.0), azimuth = vt_random_between(&rng, 0, 2 * VT_PI);
   if (index > 0) {
-    double share = index * 0.6180339887498949;
-    azimuth += index * VT_PI * (3 - sqrt(5)); // the golden angle: never near one of the last few
-    height = 0.45 + 0.6 * (share - floor(share));
+    // The golden angle is never near one of the last few; a sequence of its own spreads the heights.
+    double share = 0.2 + index * sqrt(2);
+    azimuth += index * VT_PI * (3 - sqrt(5));
+    height = asin(0.4 + 0.48 * (share - floor(share)));
   }
   return vt_v3(cos(height) * cos(azimuth), cos(height) * sin(azimuth), sin(height));
 }

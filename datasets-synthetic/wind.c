@@ -12,7 +12,7 @@
 #include "datasets-synthetic/wind.h"
 #include "base/rng.h"
 
-enum { SWAYS = 4, FLUTTERS = 3, WAVES = SWAYS + FLUTTERS };
+enum { SWAYS = 3, FLUTTERS = 3, WAVES = SWAYS + FLUTTERS };
 
 static const double steepest = 0.3; // of one wave of flutter
 
@@ -32,7 +32,7 @@ static void draw_waves(const vt_wind *wind, uint64_t gust, wave waves[WAVES]) {
   for (int k = 0; k < WAVES; k++) {
     bool sway = k < SWAYS;
     double length = sway ? span * vt_random_between(&rng, 0.4, 1.6) : vt_random_between(&rng, 0.07, 0.16);
-    double size = wind->amplitude * (sway ? 0.7 / SWAYS : 0.3 / FLUTTERS), number = 2 * VT_PI / length;
+    double size = wind->amplitude * (sway ? 0.75 / SWAYS : 0.25 / FLUTTERS), number = 2 * VT_PI / length;
     if (!sway) size = fmin(size, steepest / number);
     waves[k].move = vt_scale(draw_direction(&rng, sway ? 0.25 : 1), size);
     waves[k].number = vt_scale(draw_direction(&rng, 1), number);
