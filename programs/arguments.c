@@ -269,6 +269,8 @@ vt_status vt_parse_arguments(const vt_verb *verb, int count, char **words, vt_ar
   }
   if (out->help || out->version) return VT_OK;
   bool only_operands = false;
+  int most = verb->operand_most > verb->operand_count ? verb->operand_most : verb->operand_count;
+  VT_ASSERT(most <= VT_MAX_OPERANDS);
   for (int i = 0; i < count; i++) {
     char *word = words[i];
     const char *next = i + 1 < count ? words[i + 1] : NULL;
@@ -282,7 +284,7 @@ vt_status vt_parse_arguments(const vt_verb *verb, int count, char **words, vt_ar
       status = parse_letters(out, word, next, &used_next);
     } else if (!*word) {
       status = complain(out, "%s: an empty name was given; give %s", verb->name, verb->operands);
-    } else if (out->operand_count >= verb->operand_count) {
+    } else if (out->operand_count >= most) {
       status = complain(out, "%s: one name too many for %s; it takes %s", word, verb->name, verb->operands);
     } else {
       out->operands[out->operand_count++] = word;

@@ -39,7 +39,7 @@ typedef struct vt_verb {
   const char *summary;
   const char *notes; // a paragraph for the help, or ""
   const char *example;
-  int operand_count;
+  int operand_count, operand_most; // the last ones may be missing if there may be more; operand_most 0: exactly operand_count
   const vt_option *tables[VT_MAX_TABLES]; // ended by NULL
   vt_status (*run)(struct vt_session *);
 } vt_verb;
