@@ -316,7 +316,9 @@ bool vt_given(const vt_arguments *arguments, const char *name) {
 }
 
 const char *vt_text_of(const vt_arguments *arguments, const char *name, const char *fallback) {
-  const char *text = value_of(arguments, name, VT_OPTION_TEXT);
+  int index = find_name(arguments, name, strlen(name));
+  bool list = index >= 0 && arguments->options[index]->kind == VT_OPTION_LIST;
+  const char *text = value_of(arguments, name, list ? VT_OPTION_LIST : VT_OPTION_TEXT);
   return text ? text : fallback;
 }
 

@@ -69,7 +69,7 @@ void vt_print_help(FILE *, const vt_verb *);
 
 // Values by the option's name, which must be one of the verb's (asserted); the fallback where it was not given.
 bool vt_given(const vt_arguments *, const char *name);
-const char *vt_text_of(const vt_arguments *, const char *name, const char *fallback);
+const char *vt_text_of(const vt_arguments *, const char *name, const char *fallback); // of a list: the last one
 const char *vt_listed_of(const vt_arguments *, const char *name, int i); // the i-th value of a list; NULL behind the last
 int vt_integer_of(const vt_arguments *, const char *name, int fallback);
 double vt_number_of(const vt_arguments *, const char *name, double fallback);

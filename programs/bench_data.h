@@ -11,6 +11,7 @@ typedef struct vt_bench_row {
   char *label;      // owned
   vt_spread *cells; // [column_count]; owned
   int filled;
+  double noise_factor;
 } vt_bench_row;
 
 struct vt_bench_table {
@@ -49,7 +50,7 @@ void vt_add_heading(vt_bench *, const char *text);
 // ---- numbers as they are read: "" of an empty cell, bytes with their unit; `column` decides the decimals of all its cells
 typedef struct vt_number_style {
   bool bytes;
-  int decimals; // -1: four significant digits each
+  int decimals; // negative: so many significant digits each
 } vt_number_style;
 vt_number_style vt_style_of_column(const vt_bench_table *, int column);
 const char *vt_show_number(vt_number_style, double value, char text[40]);

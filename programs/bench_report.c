@@ -109,6 +109,7 @@ static void put_table(vt_json_writer *json, const vt_bench_table *table) {
     for (int c = 0; c < table->column_count; c++) spread |= vt_is_spread(row->cells[c]);
     vt_json_open_object(json, NULL);
     vt_json_put_string(json, "label", row->label);
+    if (row->noise_factor != 1) vt_json_put_number(json, "noise_factor", row->noise_factor);
     put_numbers(json, "values", row, table->column_count, 0);
     if (spread) put_numbers(json, "low", row, table->column_count, -1);
     if (spread) put_numbers(json, "high", row, table->column_count, 1);
