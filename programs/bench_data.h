@@ -71,4 +71,7 @@ vt_machine vt_this_machine(void);
 // ---- bench_page.c: the page as text; *html is freed with vt_free
 vt_status vt_make_bench_page(vt_bench *, const vt_machine *, char **html, size_t *size);
 
+// ---- bench_plot.c: a plot as inline SVG with its legend
+void vt_put_plot(FILE *page, const vt_bench_item *);
+
 #endif

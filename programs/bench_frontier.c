@@ -15,6 +15,7 @@
 #define TIME_NOISE 0.3     // share; the repetitions' ranges must be apart as well
 #define CPU_NOISE 0.2      // processor time is disturbed less by what else runs
 #define BUDGET_NOISE 5.0   // times as much where a time budget decides how far a run comes
+#define MOST_COLUMNS (VT_MAX_METRIC_COLUMNS + 5)
 #define THUMBNAIL 240      // pixels of the longer side
 
 static const float white[3] = {1, 1, 1};
@@ -28,10 +29,10 @@ static vt_spread spread_of(const double *values, int count) {
 
 static vt_spread once(double value) { return (vt_spread){value, value, value}; }
 
-static int list_columns(vt_bench_column out[2 + VT_MAX_METRIC_COLUMNS + 3]) {
+static int list_columns(vt_bench_column out[MOST_COLUMNS]) {
   int count = 0;
-  out[count++] = (vt_bench_column){"seconds", "s", VT_LESS_BETTER, TIME_NOISE, 0.02};
-  out[count++] = (vt_bench_column){"CPU", "s", VT_LESS_BETTER, CPU_NOISE, 0.03};
+  out[count++] = (vt_bench_column){"time", "s", VT_LESS_BETTER, TIME_NOISE, 0.02};
+  out[count++] = (vt_bench_column){"CPU time", "s", VT_LESS_BETTER, CPU_NOISE, 0.03};
   count += vt_metric_columns(out + count);
   out[count++] = (vt_bench_column){"textures", "bytes", VT_LESS_BETTER, 0.01, 0};
   out[count++] = (vt_bench_column){"file", "bytes", VT_LESS_BETTER, 0.01, 0};
@@ -43,7 +44,7 @@ static void put_plots(vt_frontier *f, const vt_bench_table *table, bool with_byt
   static const char *const metrics[] = {"PSNR", "SSIM", "alpha RMSE"};
   static const struct {
     const char *column, *over;
-  } prices[] = {{"seconds", "seconds"}, {"textures", "megabytes of textures"}};
+  } prices[] = {{"time", "seconds"}, {"textures", "megabytes of textures"}};
   for (int p = 0; p < (with_bytes ? 2 : 1); p++)
     for (int m = 0; m < (with_alpha ? 3 : 2); m++) {
       char name[200], caption[300];
@@ -57,7 +58,7 @@ static void put_plots(vt_frontier *f, const vt_bench_table *table, bool with_byt
 
 static void put_run(vt_bench_table *table, const vt_frontier_run *run, bool packed) {
   char label[100];
-  snprintf(label, sizeof label, "%s%s/%s", run->series, packed ? "" : " unpacked", run->point);
+  snprintf(label, sizeof label, "%s/%s", run->series, run->point);
   vt_add_row(table, label);
   if (run->budget > 0) vt_set_row_noise(table, BUDGET_NOISE);
   vt_put_spread(table, spread_of(run->seconds[packed ? VT_RUN_TOTAL : VT_RUN_RECONSTRUCT], run->repetitions));
@@ -65,7 +66,18 @@ static void put_run(vt_bench_table *table, const vt_frontier_run *run, bool pack
   vt_put_metrics(table, packed ? run->packed : run->raw, run->repetitions);
   vt_put_value(table, (double)(packed ? run->packed_bytes : run->raw_bytes));
   vt_put_value(table, (double)(packed ? run->packed_file : run->raw_file));
-  vt_put_value(table, packed ? (double)run->peak_bytes : NAN);
+  if (packed) vt_put_value(table, (double)run->peak_bytes);
+}
+
+static void put_unpacked(vt_frontier *f) {
+  vt_bench_column columns[MOST_COLUMNS];
+  char name[140], caption[200];
+  int count = list_columns(columns) - 1; // the peak is that of both
+  snprintf(name, sizeof name, "%s_unpacked", f->name);
+  snprintf(caption, sizeof caption, "%s: the same before packing", f->name);
+  vt_bench_table *table = vt_add_table(f->bench, name, caption, columns, count);
+  for (int i = 0; i < f->run_count; i++)
+    if (f->runs[i].repetitions) put_run(table, &f->runs[i], false);
 }
 
 static const char *predictor_label(vt_predictor predictor) {
@@ -93,15 +105,14 @@ static void peer_label(const vt_frontier_peer *run, char label[140]) {
 }
 
 static vt_status put_table(vt_frontier *f) {
-  vt_bench_column columns[2 + VT_MAX_METRIC_COLUMNS + 3];
+  vt_bench_column columns[MOST_COLUMNS];
   char caption[300], label[140];
   int count = list_columns(columns);
   snprintf(caption, sizeof caption, "%s: %d photographs, judged on %d held-out views of %d x %d over white", f->name,
            f->training.count, f->judged.count, f->judged.items[0].camera.width, f->judged.items[0].camera.height);
   vt_bench_table *table = vt_add_table(f->bench, f->name, caption, columns, count);
-  for (int packed = 1; packed >= 0; packed--)
-    for (int i = 0; i < f->run_count; i++)
-      if (f->runs[i].repetitions) put_run(table, &f->runs[i], packed);
+  for (int i = 0; i < f->run_count; i++)
+    if (f->runs[i].repetitions) put_run(table, &f->runs[i], true);
   for (int p = 0; p < VT_FRONTIER_PREDICTORS; p++)
     put_row(table, predictor_label(f->predictors[p].predictor), f->predictors[p].seconds, &f->predictors[p].metrics);
   vt_status status = VT_OK;
@@ -158,7 +169,7 @@ static vt_status judge_alike(vt_frontier *f, const vt_peer_result *peer, const v
 
 static vt_status put_peer_table(vt_frontier *f, const vt_frontier_peer *run) {
   const vt_peer_result *peer = &run->result;
-  vt_bench_column columns[2 + VT_MAX_METRIC_COLUMNS + 3];
+  vt_bench_column columns[MOST_COLUMNS];
   char name[260], caption[500], label[140];
   int count = list_columns(columns);
   const float *background = peer->has_background ? peer->background : white;
@@ -239,6 +250,7 @@ static vt_status put_pictures(vt_frontier *f) {
 vt_status vt_put_frontier(vt_frontier *f) {
   vt_add_heading(f->bench, f->name);
   vt_status status = put_table(f);
+  put_unpacked(f);
   put_stages(f);
   for (int i = 0; i < f->peer_run_count && !status; i++)
     if (f->peer_runs[i].result.drawn && !is_like_ours(f, &f->peer_runs[i].result)) status = put_peer_table(f, &f->peer_runs[i]);

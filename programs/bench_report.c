@@ -231,7 +231,7 @@ static vt_status write_folder(vt_bench *bench, const vt_machine *machine) {
   for (int i = 0; i < bench->item_count && !status; i++) {
     const vt_bench_item *item = &bench->items[i];
     if (item->kind == VT_BENCH_TABLE) status = write_csv(bench, item->table);
-    if (item->kind != VT_BENCH_PICTURE) continue;
+    if (item->kind != VT_BENCH_PICTURE || vt_is_output_name("a.png", true)) continue; // PNG goes into the page itself
     char *path = vt_print_text(context, "%s/%s.%s", bench->session->report, item->name, vt_picture_ending());
     status = path ? vt_write_image(context, path, &item->picture) : VT_OUT_OF_MEMORY;
     vt_free(context, path);

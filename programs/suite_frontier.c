@@ -101,7 +101,8 @@ static vt_status weigh_file(vt_frontier *f, const vt_tree *tree, uint64_t *bytes
 static void note_stages(vt_frontier_run *run, const vt_reconstruct_report *r) {
   const double seconds[] = {r->seconds_bounds, r->seconds_hull,       r->seconds_rays, r->seconds_opacity,
                             r->seconds_colour, r->seconds_refinement, r->seconds_tiles};
-  for (int i = 0; i < 7; i++) run->seconds[VT_RUN_BOUNDS + i][run->repetitions] = seconds[i];
+  for (int i = 0; i < 7; i++) // stages that a method has not take the time of asking
+    run->seconds[VT_RUN_BOUNDS + i][run->repetitions] = seconds[i] > 1e-5 ? seconds[i] : 0;
 }
 
 static vt_status reconstruct_and_pack(vt_frontier *f, vt_frontier_run *run, vt_tree *raw, vt_tree *packed) {
