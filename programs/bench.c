@@ -112,6 +112,7 @@ void vt_add_row(vt_bench_table *table, const char *label) {
   row->label = vt_strdup(context, label);
   row->cells = VT_NEW(context, vt_spread, (size_t)table->column_count);
   row->filled = 0;
+  row->noise_factor = 1;
   if (!row->label || !row->cells) {
     vt_free(context, row->label);
     vt_free(context, row->cells);
@@ -120,6 +121,10 @@ void vt_add_row(vt_bench_table *table, const char *label) {
   }
   for (int c = 0; c < table->column_count; c++) row->cells[c] = (vt_spread){NAN, NAN, NAN};
   table->row_count++;
+}
+
+void vt_set_row_noise(vt_bench_table *table, double factor) {
+  if (table && table->row_count) table->rows[table->row_count - 1].noise_factor = factor;
 }
 
 void vt_put_spread(vt_bench_table *table, vt_spread value) {
@@ -160,7 +165,8 @@ bool vt_is_spread(vt_spread value) { return value.low < value.high; }
 
 // Enough decimals for four significant digits of the largest; columns that span more than two decades go without.
 vt_number_style vt_style_of_column(const vt_bench_table *table, int column) {
-  vt_number_style style = {.bytes = !strcmp(table->columns[column].unit, "bytes"), .decimals = 0};
+  const char *unit = table->columns[column].unit;
+  vt_number_style style = {.bytes = !strcmp(unit, "bytes"), .decimals = 0};
   double low = INFINITY, high = 0;
   bool whole = true;
   for (int r = 0; r < table->row_count; r++) {
@@ -170,12 +176,13 @@ vt_number_style vt_style_of_column(const vt_bench_table *table, int column) {
     whole &= value == floor(value);
   }
   if (whole || high == 0) return style;
-  if (low < high / 100 || high < 1e-4) {
-    style.decimals = -1;
+  bool time = !strcmp(unit, "s") || !strcmp(unit, "ms");
+  if (low < high / 100 || high < 1e-4 || time) {
+    style.decimals = time ? -3 : -4;
     return style;
   }
   int digits = (int)floor(log10(high)) + 1;
-  style.decimals = digits >= 4 ? 0 : digits < 0 ? 4 - digits : 4 - digits;
+  style.decimals = digits >= 4 ? 0 : 4 - digits;
   return style;
 }
 
@@ -189,7 +196,7 @@ const char *vt_show_number(vt_number_style style, double value, char text[40]) {
   else if (fabs(value) >= 1000 && fabs(value) < 1e7)
     snprintf(text, 40, "%.0f", value);
   else
-    snprintf(text, 40, "%.4g", value);
+    snprintf(text, 40, "%.*g", -style.decimals, value);
   return text;
 }
 
@@ -216,7 +223,7 @@ vt_sabotage vt_sabotage_of(const vt_bench *bench) {
 
 void vt_bench_step(vt_bench *bench, int done, int total) {
   VT_ASSERT(total > 0 && done >= 0);
-  vt_progress(bench->context, bench->suite, (double)done / total);
+  vt_progress(bench->context, bench->suite, fmin((double)done / total, 0.999));
 }
 
 static int compare_doubles(const void *a, const void *b) {
@@ -258,6 +265,7 @@ vt_status vt_begin_bench(vt_session *session, const char *suite, vt_bench **out)
   bench->context = session->context;
   bench->quick = vt_given(&session->arguments, "quick");
   snprintf(bench->suite, sizeof bench->suite, "%s", suite);
+  vt_hold_progress(bench->context, bench->suite);
   *out = bench;
   return VT_OK;
 }
@@ -275,18 +283,20 @@ static void free_table(vt_context *context, vt_bench_table *table) {
   vt_free(context, table);
 }
 
-static void say_cell(vt_session *session, vt_number_style style, vt_spread cell, int width) {
-  char text[160], number[40], low[40], high[40];
-  snprintf(text, sizeof text, "%s", vt_show_number(style, cell.median, number));
-  if (vt_is_spread(cell))
-    snprintf(text, sizeof text, "%s [%s, %s]", vt_show_number(style, cell.median, number),
-             vt_show_number(style, cell.low, low), vt_show_number(style, cell.high, high));
-  vt_say(session, " %*s", width, text);
+// "0.879 ~35%": the median, and half the range as a share of it.
+static const char *say_cell(vt_number_style style, vt_spread cell, char text[80]) {
+  char number[40];
+  double share = cell.median != 0 ? 50 * (cell.high - cell.low) / fabs(cell.median) : 0;
+  if (vt_is_spread(cell) && share >= 0.5)
+    snprintf(text, 80, "%s ~%.0f%%", vt_show_number(style, cell.median, number), share);
+  else
+    snprintf(text, 80, "%s", vt_show_number(style, cell.median, number));
+  return text;
 }
 
 static void say_table(vt_session *session, const vt_bench_table *table) {
   int widths[VT_MAX_BENCH_COLUMNS], label_width = 12;
-  char title[120], number[40];
+  char title[120], text[80];
   for (int r = 0; r < table->row_count; r++)
     if ((int)strlen(table->rows[r].label) > label_width) label_width = (int)strlen(table->rows[r].label);
   vt_say(session, "\n%s\n%-*s", table->caption, label_width, "");
@@ -294,11 +304,7 @@ static void say_table(vt_session *session, const vt_bench_table *table) {
     vt_number_style style = vt_style_of_column(table, c);
     widths[c] = (int)strlen(vt_column_title(&table->columns[c], title));
     for (int r = 0; r < table->row_count; r++) {
-      vt_spread cell = table->rows[r].cells[c];
-      int length = (int)strlen(vt_show_number(style, cell.median, number));
-      if (vt_is_spread(cell))
-        length += 4 + (int)strlen(vt_show_number(style, cell.low, number)) +
-                  (int)strlen(vt_show_number(style, cell.high, number));
+      int length = (int)strlen(say_cell(style, table->rows[r].cells[c], text));
       if (length > widths[c]) widths[c] = length;
     }
     vt_say(session, "  %*s", widths[c], title);
@@ -307,7 +313,7 @@ static void say_table(vt_session *session, const vt_bench_table *table) {
   for (int r = 0; r < table->row_count; r++) {
     vt_say(session, "%-*s", label_width, table->rows[r].label);
     for (int c = 0; c < table->column_count; c++)
-      say_cell(session, vt_style_of_column(table, c), table->rows[r].cells[c], widths[c] + 1);
+      vt_say(session, "  %*s", widths[c], say_cell(vt_style_of_column(table, c), table->rows[r].cells[c], text));
     vt_say(session, "\n");
   }
 }
@@ -324,6 +330,7 @@ static void say_bench(const vt_bench *bench) {
 vt_status vt_end_bench(vt_bench *bench, vt_status status) {
   vt_context *context = bench->context;
   vt_progress(context, bench->suite, 1);
+  vt_hold_progress(context, NULL);
   if (!status && bench->failed) status = VT_OUT_OF_MEMORY; // its sentence was kept when it happened
   if (!status) {
     say_bench(bench);

@@ -1,8 +1,9 @@
 // bench_compare.c - what got slower or worse between two reports, beyond noise
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A difference counts only if it is more than what the column's repetitions scatter by. Within `noise_share` of the old value or
-// within `noise` nothing is said; where both reports hold ranges, they must also be apart. Rows are found by their label, columns
+// A difference counts only if it is more than what repetitions scatter by. Within `noise_share` of the old value or within `noise`
+// nothing is said; where there are ranges, they must also be apart. A time that was taken only once may have been disturbed by
+// anything, so it is allowed twice as much. Rows are found by their label, columns
 // by their name, so that a report of an older version can be compared as far as it goes.
 #include "programs/bench_data.h"
 
@@ -32,20 +33,27 @@ static vt_spread cell_of(const vt_json *row, size_t column) {
 
 // ---- one cell
 
+static bool is_time(const vt_json *column) {
+  const char *unit = vt_json_string(vt_json_member(column, "unit"), "");
+  return !strcmp(unit, "s") || !strcmp(unit, "ms");
+}
+
 // > 0: by how much the new one is worse than noise allows, < 0: better, 0: no change.
-static double judge(const vt_json *column, vt_spread old, vt_spread new) {
+static double judge(const vt_json *column, double factor, vt_spread old, vt_spread new) {
   const char *better = vt_json_string(vt_json_member(column, "better"), "neither");
   if (!strcmp(better, "neither")) return 0;
   double share = vt_json_number(vt_json_member(column, "noise_share"), 0);
   double noise = fmax(fabs(old.median) * share, vt_json_number(vt_json_member(column, "noise"), 0));
+  bool once = !vt_is_spread(old) && !vt_is_spread(new);
+  noise *= is_time(column) && once ? 2 * factor : factor;
   double change = new.median - old.median;
   if (!(fabs(change) > noise)) return 0;
   if (old.low <= new.high && new.low <= old.high) return 0; // the ranges overlap
   return !strcmp(better, "less") ? change : -change;
 }
 
-static void compare_cell(vt_session *session, const char *place, const vt_json *column, vt_spread old, vt_spread new,
-                         verdicts *sum) {
+static void compare_cell(vt_session *session, const char *place, const vt_json *column, double factor, vt_spread old,
+                         vt_spread new, verdicts *sum) {
   const char *name = vt_json_string(vt_json_member(column, "name"), ""), *unit = vt_json_string(vt_json_member(column, "unit"), "");
   if (isnan(old.median) && isnan(new.median)) return;
   if (isnan(old.median) != isnan(new.median)) {
@@ -53,13 +61,13 @@ static void compare_cell(vt_session *session, const char *place, const vt_json *
     sum->missing += isnan(new.median);
     return;
   }
-  double verdict = judge(column, old, new);
+  double verdict = judge(column, factor, old, new);
   if (verdict == 0) {
     sum->same++;
     return;
   }
-  bool is_time = !strcmp(unit, "s") || !strcmp(unit, "ms");
-  const char *word = verdict > 0 ? (is_time ? "slower " : "worse  ") : (is_time ? "faster " : "better ");
+  bool time = is_time(column);
+  const char *word = verdict > 0 ? (time ? "slower " : "worse  ")   : (time ? "faster " : "better ");
   vt_say(session, "%s  %s, %s: %.5g -> %.5g%s%s", word, place, name, old.median, new.median, *unit ? " " : "", unit);
   if (old.median != 0) vt_say(session, " (%+.1f %%)", 100 * (new.median - old.median) / fabs(old.median));
   vt_say(session, "\n");
@@ -82,11 +90,12 @@ static void compare_rows(vt_session *session, const char *table, const vt_json *
       sum->missing++;
       continue;
     }
+    double factor = vt_json_number(vt_json_member(old_row, "noise_factor"), 1);
     for (size_t c = 0; c < vt_json_count(old_columns); c++) {
       const vt_json *column = vt_json_item(old_columns, c);
       size_t at;
       if (find_named(new_columns, "name", vt_json_string(vt_json_member(column, "name"), ""), &at))
-        compare_cell(session, place, column, cell_of(old_row, c), cell_of(new_row, at), sum);
+        compare_cell(session, place, column, factor, cell_of(old_row, c), cell_of(new_row, at), sum);
     }
   }
 }

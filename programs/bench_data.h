@@ -11,6 +11,7 @@ typedef struct vt_bench_row {
   char *label;      // owned
   vt_spread *cells; // [column_count]; owned
   int filled;
+  double noise_factor;
 } vt_bench_row;
 
 struct vt_bench_table {
@@ -49,7 +50,7 @@ void vt_add_heading(vt_bench *, const char *text);
 // ---- numbers as they are read: "" of an empty cell, bytes with their unit; `column` decides the decimals of all its cells
 typedef struct vt_number_style {
   bool bytes;
-  int decimals; // -1: four significant digits each
+  int decimals; // negative: so many significant digits each
 } vt_number_style;
 vt_number_style vt_style_of_column(const vt_bench_table *, int column);
 const char *vt_show_number(vt_number_style, double value, char text[40]);
@@ -69,5 +70,8 @@ vt_machine vt_this_machine(void);
 
 // ---- bench_page.c: the page as text; *html is freed with vt_free
 vt_status vt_make_bench_page(vt_bench *, const vt_machine *, char **html, size_t *size);
+
+// ---- bench_plot.c: a plot as inline SVG with its legend
+void vt_put_plot(FILE *page, const vt_bench_item *);
 
 #endif

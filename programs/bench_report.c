@@ -109,6 +109,7 @@ static void put_table(vt_json_writer *json, const vt_bench_table *table) {
     for (int c = 0; c < table->column_count; c++) spread |= vt_is_spread(row->cells[c]);
     vt_json_open_object(json, NULL);
     vt_json_put_string(json, "label", row->label);
+    if (row->noise_factor != 1) vt_json_put_number(json, "noise_factor", row->noise_factor);
     put_numbers(json, "values", row, table->column_count, 0);
     if (spread) put_numbers(json, "low", row, table->column_count, -1);
     if (spread) put_numbers(json, "high", row, table->column_count, 1);
@@ -230,7 +231,7 @@ static vt_status write_folder(vt_bench *bench, const vt_machine *machine) {
   for (int i = 0; i < bench->item_count && !status; i++) {
     const vt_bench_item *item = &bench->items[i];
     if (item->kind == VT_BENCH_TABLE) status = write_csv(bench, item->table);
-    if (item->kind != VT_BENCH_PICTURE) continue;
+    if (item->kind != VT_BENCH_PICTURE || vt_is_output_name("a.png", true)) continue; // PNG goes into the page itself
     char *path = vt_print_text(context, "%s/%s.%s", bench->session->report, item->name, vt_picture_ending());
     status = path ? vt_write_image(context, path, &item->picture) : VT_OUT_OF_MEMORY;
     vt_free(context, path);

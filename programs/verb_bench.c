@@ -8,10 +8,14 @@
 
 static const vt_option options[] = {
     {"quick", 0, VT_OPTION_FLAG, "", 0, 0, false, "small scenes and few variants: at most two minutes on two cores"},
-    {"capture", 0, VT_OPTION_TEXT, "DIR", 0, 0, false, "photographs or a capture to run on; default: the suite's own scenes"},
+    {"capture", 0, VT_OPTION_LIST, "DIR", 0, 0, false,
+     "photographs, a capture, or the name of a synthetic scene to run on, may be given several times; default: the suite's own scenes"},
     {"method", 0, VT_OPTION_CHOICE, "2004|2006|best", 0, 0, false, "as in reconstruct; default: best"},
-    {"repetitions", 0, VT_OPTION_INTEGER, "N", 1, 99, false,
+    {"repetitions", 0, VT_OPTION_INTEGER, "N", 1, VT_MAX_REPETITIONS, false,
      "how often each timed thing is run, in turn with the others; medians are shown"},
+    {"peer", 0, VT_OPTION_LIST, "NAME=EXECUTABLE", 0, 0, false,
+     "a foreign program that the frontier measures too (bench/peers explains what it must do), may be given several times; "
+     "also from the environment variable VOLTREE_PEERS, separated by commas"},
     {"compare", 0, VT_OPTION_FLAG, "", 0, 0, false,
      "compare two reports of one suite, OLD.json and NEW.json, and exit 7 if anything got slower or worse beyond noise"},
     {"sabotage", 0, VT_OPTION_CHOICE, "solver|blur|slow", 0, 0, false,
