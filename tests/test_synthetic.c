@@ -163,7 +163,7 @@ static void radii_follow_the_pipe_model_and_parents_come_first(void **state) {
   vt_context *ctx = make_context(1, 0);
   for (uint32_t seed = 0; seed < 3; seed++) {
     vt_skeleton s;
-    assert_int_equal(vt_grow_skeleton(ctx, seed, &s), VT_OK);
+    assert_int_equal(vt_grow_skeleton(ctx, vt_habit_of(VT_SYNTHETIC_TREE), seed, &s), VT_OK);
     assert_true(s.count > 1000 && s.nodes[0].parent == -1);
     assert_true(s.nodes[0].radius > 0.03 && s.nodes[0].radius < 0.1);
     for (int n = 1; n < s.count; n++) {
@@ -187,8 +187,8 @@ static void bark_is_closed(void **state) {
   vt_context *ctx = make_context(1, 0);
   vt_skeleton s;
   vt_mesh mesh = {0};
-  assert_int_equal(vt_grow_skeleton(ctx, 3, &s), VT_OK);
-  assert_int_equal(vt_add_bark(ctx, &s, 3, &mesh), VT_OK);
+  assert_int_equal(vt_grow_skeleton(ctx, vt_habit_of(VT_SYNTHETIC_TREE), 3, &s), VT_OK);
+  assert_int_equal(vt_add_bark(ctx, vt_habit_of(VT_SYNTHETIC_TREE), &s, 3, 0, &mesh), VT_OK);
   assert_int_equal(mesh.solid_count, mesh.triangle_count);
   size_t count = 3 * mesh.triangle_count;
   uint64_t *edges = malloc(count * sizeof *edges), *reversed = malloc(count * sizeof *reversed);
@@ -217,11 +217,11 @@ static void leaves_are_as_many_as_asked_for_and_face_their_normals(void **state)
   (void)state;
   vt_context *ctx = make_context(1, 0);
   vt_skeleton s;
-  assert_int_equal(vt_grow_skeleton(ctx, 2, &s), VT_OK);
+  assert_int_equal(vt_grow_skeleton(ctx, vt_habit_of(VT_SYNTHETIC_TREE), 2, &s), VT_OK);
   for (uint32_t shape = 0; shape < 4; shape++) {
     vt_mesh one = {0}, many = {0};
-    assert_int_equal(vt_add_leaves(ctx, &s, shape, 1, &one), VT_OK);
-    assert_int_equal(vt_add_leaves(ctx, &s, shape, 700, &many), VT_OK);
+    assert_int_equal(vt_add_leaves(ctx, &vt_habit_of(VT_SYNTHETIC_TREE)->foliage, &s, shape, 1, 2, &one), VT_OK);
+    assert_int_equal(vt_add_leaves(ctx, &vt_habit_of(VT_SYNTHETIC_TREE)->foliage, &s, shape, 700, 2, &many), VT_OK);
     assert_int_equal(many.triangle_count, 700 * one.triangle_count);
     assert_int_equal(many.solid_count, 0);
     for (size_t t = 0; t < many.triangle_count; t++) {
@@ -488,7 +488,7 @@ static void unusable_descs_are_refused_with_a_sentence(void **state) {
   for (int i = 0; i < 12; i++) bad[i] = small_desc(i % 2 ? VT_SYNTHETIC_TREE : VT_SYNTHETIC_BALL);
   bad[0].train_count = 0, bad[1].train_count = 1001, bad[2].test_count = -1, bad[3].width = 0,
   bad[4].height = 2000000000;
-  bad[5].supersample = 0, bad[6].supersample = 9, bad[7].leaf_count = -1, bad[8].fov_y = NAN, bad[9].fov_y = 0;
+  bad[5].supersample = 0, bad[6].supersample = 9, bad[7].leaf_count = -2, bad[8].fov_y = NAN, bad[9].fov_y = 0;
   bad[10].peak_extinction = INFINITY, bad[11].kind = (vt_synthetic_kind)99;
   for (int i = 0; i < 12; i++) {
     vt_views views = {0};
