@@ -74,8 +74,9 @@ static void read_cubic(const float *light, int width, int height, double x, doub
       const float *p = light + 4 * (row + (size_t)inside(left + i - 1, width));
       for (int c = 0; c < 4; c++) sum[c] += wy[j] * wx[i] * p[c];
     }
-  out[3] = fminf(fmaxf(sum[3], 0), 1);
-  for (int c = 0; c < 3; c++) out[c] = fminf(fmaxf(sum[c], 0), out[3]);
+  float over = fmaxf(sum[3], 1); // colours are scaled with what is clipped, or a rim would change its colour
+  out[3] = fmaxf(sum[3], 0) / over;
+  for (int c = 0; c < 3; c++) out[c] = fminf(fmaxf(sum[c], 0) / over, out[3]);
 }
 
 void vt_bend_picture(const vt_camera *camera, double k1, const float *light, float *out) {
