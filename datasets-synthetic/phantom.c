@@ -10,9 +10,9 @@
 //          tau = sum_i p_i exp(-h^2 / (2 w_i^2)) w_i sqrt(pi/2) [erf((s - m) / (w_i sqrt 2))] from near to far
 //   solids sigma = sum_i p_i [M_i (x - c_i) in the unit cube or ball]: M_i takes the ray to a ray, whose chord there is
 //          that of three slabs or of a sphere, in the same s; sigma is then a row of steps along the ray
-// The mean distance of what stops a ray is, by parts, (near - far T(far) + integral of T) / alpha, T(s) =
-// exp(-tau(near, s)); where tau is linear over a piece, T integrates to T (1 - exp(-delta)) / delta times its length.
-// All phantoms but the blobs are linear between their surfaces; along these the pieces are short.
+// The mean distance of what stops a ray is the sum over pieces on which tau is linear: a piece of depth delta stops a
+// share 1 - exp(-delta) of what reaches it, on average at 1/delta - 1/(exp(delta) - 1) of its length. All phantoms but
+// the blobs are linear between their surfaces; along these the pieces are short.
 
 #include "datasets-synthetic/phantom.h"
 #include "base/rng.h"
@@ -183,19 +183,26 @@ double vt_phantom_depth(const vt_phantom *p, const vt_ray *ray, double near, dou
 
 // ---- the mean distance
 
-typedef struct integral {
-  double depth, passed, area; // so far: optical depth, exp of minus it, integral of T
+typedef struct integral { // so far
+  double depth, passed;   // optical depth, exp of minus it
+  double stopped, first;  // share stopped, and its first moment
 } integral;
 
-static void add_piece(integral *sum, double length, double depth) {
-  sum->area += sum->passed * length * (depth > 1e-9 ? -expm1(-depth) / depth : 1 - 0.5 * depth);
+// Where on a piece of linear tau what it stops is stopped on average, 0..1.
+static double mean_place(double depth) {
+  return depth > 1e-3 ? 1 / depth - 1 / expm1(depth) : 0.5 - depth / 12;
+}
+
+static void add_piece(integral *sum, double from, double length, double depth) {
+  double stopped = -sum->passed * expm1(-depth);
+  sum->stopped += stopped, sum->first += stopped * (from + length * mean_place(depth));
   sum->depth += depth, sum->passed = exp(-sum->depth);
 }
 
 // Adds the piece up to `to`, if it begins before.
 static void go_on(const vt_phantom_profile *r, double *from, double to, integral *sum) {
   if (!(to > *from)) return;
-  add_piece(sum, to - *from, vt_profile_depth(r, *from, to));
+  add_piece(sum, *from, to - *from, vt_profile_depth(r, *from, to));
   *from = to;
 }
 
@@ -218,10 +225,10 @@ void vt_phantom_first_moment(const vt_phantom *p, const vt_ray *ray, double near
     go_on(&r, &at, fmin(r.middle + r.radius * (2.0 * k / BLOB_PIECES - 1), far), &sum);
   for (int i = 0; i < r.step_count; i++) {
     double to = fmin(r.steps[i].at, far);
-    if (to > at) add_piece(&sum, to - at, fmax(extinction, 0) * (to - at)), at = to;
+    if (to > at) add_piece(&sum, at, to - at, fmax(extinction, 0) * (to - at)), at = to;
     extinction += r.steps[i].change;
   }
   go_on(&r, &at, far, &sum);
   *alpha = -expm1(-sum.depth);
-  *mean = *alpha > 0 ? near + (sum.area - (at - near) * sum.passed) / *alpha : INFINITY;
+  *mean = sum.stopped > 0 ? sum.first / sum.stopped : INFINITY;
 }

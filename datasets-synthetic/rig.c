@@ -61,7 +61,6 @@ static double best_phase(const spiral *s, int train_count, int test_count) {
 // Where test view j of `count` stands on a path whose training views stand at 0, 1, ..., gaps (the last gap of a loop
 // ends at the first one again).
 static double position_between(int j, int count, int gaps) {
-  if (gaps < 1) return 0.5 + j; // one training view on an open path: beside it
   int gap = (int)((long long)j * gaps / count);
   int first = (int)(((long long)gap * count + gaps - 1) / gaps),
       next = (int)(((long long)(gap + 1) * count + gaps - 1) / gaps);
@@ -76,9 +75,9 @@ static place on_arc(const vt_synthetic_desc *desc, bool train, int i) {
 }
 
 static place on_drone(const vt_synthetic_desc *desc, bool train, int i) {
-  int gaps = desc->train_count - 1;
-  double position = train ? i : position_between(i, desc->test_count, gaps), share = gaps > 0 ? position / gaps : 0.5;
-  share = fmin(share, 1);
+  bool alone = desc->train_count == 1; // in the middle of two gaps
+  int gaps = alone ? 2 : desc->train_count - 1;
+  double position = !train ? position_between(i, desc->test_count, gaps) : alone ? 1 : i, share = position / gaps;
   return (place){.direction = direction_of(share * 6 * VT_PI, (15 + 50 * share) * degree), .farther = 1};
 }
 
