@@ -8,6 +8,7 @@
 #include "datasets-synthetic/phantom.h"
 #include "datasets-synthetic/photograph.h"
 #include "datasets-synthetic/rasterise.h"
+#include "datasets-synthetic/sky.h"
 #include "datasets-synthetic/synthetic.h"
 #include "tests/unit.h"
 
@@ -301,10 +302,10 @@ static void alpha_is_the_covered_area_and_edges_keep_their_colour(void **state) 
   vt_mesh mesh = {0};
   vt_lighting lighting;
   add_quad(ctx, &mesh, vt_v3(0, 0, 0), vt_v3(0.613, 0, 0), vt_v3(0, 0.377, 0));
-  assert_int_equal(vt_light_mesh(ctx, &mesh, 1, &lighting), VT_OK);
+  assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(1, 0), &lighting), VT_OK);
   vt_view view = {.camera = vt_look_at(vt_v3(0, 0, 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), SIZE, SIZE)};
   vt_views views = {1, &view};
-  assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, SAMPLES, &views), VT_OK);
+  assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, &(vt_wind){0}, SAMPLES, &views), VT_OK);
   const uint8_t *middle = view.picture.pixels + 4 * (12 * SIZE + 12);
   assert_int_equal(middle[3], 255);
   assert_true(middle[0] > 40 && middle[0] < 250);
@@ -336,10 +337,10 @@ static void alpha_of_a_turned_quad_adds_up_to_its_area(void **state) {
     vt_lighting lighting;
     add_quad(ctx, &mesh, vt_v3(0.011, 0.023, 0), vt_v3(a * cos(angle), a * sin(angle), 0),
              vt_v3(-b * sin(angle), b * cos(angle), 0));
-    assert_int_equal(vt_light_mesh(ctx, &mesh, 1, &lighting), VT_OK);
+    assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(1, 0), &lighting), VT_OK);
     vt_view view = {.camera = vt_look_at(vt_v3(0, 0, 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), 30, 30)};
     vt_views views = {1, &view};
-    assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, 4, &views), VT_OK);
+    assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, &(vt_wind){0}, 4, &views), VT_OK);
     double sum = 0;
     for (int i = 0; i < 900; i++) sum += view.picture.pixels[4 * i + 3] / 255.0;
     assert_close(sum, 4 * a * b * 15 * 15, 4 * a * b * 15 * 15 / 16.0 / 8);
@@ -363,13 +364,13 @@ static void what_is_between_a_point_and_the_sun_darkens_it(void **state) {
   vt_mesh mesh = {0};
   vt_lighting lighting;
   add_quad(ctx, &mesh, vt_v3(0, 0, -0.5), vt_v3(1, 0, 0), vt_v3(0, 1, 0));
-  assert_int_equal(vt_light_mesh(ctx, &mesh, 9, &lighting), VT_OK);
+  assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(9, 0), &lighting), VT_OK);
   vt_vec3 sun = lighting.sun;
   assert_close(vt_length(sun), 1, 1e-12);
   vt_free_lighting(ctx, &lighting);
   vt_vec3 corner = {-1, -1, -0.5}, side = vt_normalise(vt_cross(sun, vt_v3(0, 0, 1)));
   add_quad(ctx, &mesh, vt_add(corner, vt_scale(sun, 0.4)), vt_scale(side, 0.1), vt_scale(vt_cross(sun, side), 0.1));
-  assert_int_equal(vt_light_mesh(ctx, &mesh, 9, &lighting), VT_OK);
+  assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(9, 0), &lighting), VT_OK);
   float dark[3], bright[3], through[3];
   vt_surface_point below = vertex_point(&mesh, &lighting, 0), open = vertex_point(&mesh, &lighting, 2);
   assert_true(below.sky < open.sky && open.sky == 1.0f);
