@@ -13,7 +13,7 @@
 #include "base/file.h"
 #include "base/image_file.h"
 #include "base/json.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "capture/photos.h"
 
 #include <errno.h>

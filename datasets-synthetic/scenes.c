@@ -29,7 +29,14 @@ static const scene scenes[] = {{"tree_96", VT_SYNTHETIC_TREE, 16, 4, 96, 4, 1500
                                {"pine_128", VT_SYNTHETIC_PINE, 16, 4, 128, 4, 1200, 1, VT_RASTERISED},
                                {"small_oak_128", VT_SYNTHETIC_SMALL_OAK, 16, 4, 128, 4, 450, 1, VT_RASTERISED},
                                {"birch_128", VT_SYNTHETIC_BIRCH, 16, 4, 128, 4, 4200, 1, VT_RASTERISED},
-                               {"willow_128", VT_SYNTHETIC_WILLOW, 16, 4, 128, 4, 6000, 1, VT_RASTERISED}};
+                               {"willow_128", VT_SYNTHETIC_WILLOW, 16, 4, 128, 4, 6000, 1, VT_RASTERISED},
+                               {"comb_64", VT_SYNTHETIC_COMB, 16, 4, 64, 4, 0, 80, VT_RASTERISED},
+                               {"crown_64", VT_SYNTHETIC_CROWN, 16, 4, 64, 2, 0, 50, VT_RASTERISED},
+                               {"ball_256", VT_SYNTHETIC_BALL, 48, 12, 256, 3, 0, 2, VT_RASTERISED},
+                               {"shell_256", VT_SYNTHETIC_SHELL, 48, 12, 256, 3, 0, 2, VT_RASTERISED},
+                               {"blobs_256", VT_SYNTHETIC_BLOBS, 48, 12, 256, 3, 0, 4, VT_RASTERISED},
+                               {"comb_256", VT_SYNTHETIC_COMB, 48, 12, 256, 3, 0, 80, VT_RASTERISED},
+                               {"crown_256", VT_SYNTHETIC_CROWN, 48, 12, 256, 3, 0, 50, VT_RASTERISED}};
 
 const char *vt_scene_name(size_t i) {
   return i < sizeof scenes / sizeof *scenes ? scenes[i].name : NULL;

@@ -65,7 +65,10 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
 
 static vt_status make_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *mesh) {
   if (vt_is_grown(desc->kind)) return vt_grow_tree(ctx, desc->kind, desc->seed, desc->leaf_count, mesh);
-  return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: meshes of files are not read yet; give another kind");
+  if (!desc->mesh_path) return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: kind mesh needs a file; give mesh_path (--mesh FILE)");
+  vt_status status = vt_read_mesh(ctx, desc->mesh_path, mesh);
+  if (!status) vt_centre_mesh(mesh, 2);
+  return status;
 }
 
 vt_status vt_make_synthetic_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *out) {

@@ -121,8 +121,8 @@ static int find_nearest(const vt_views *training, const vt_view *view, vt_vec3 c
   return best;
 }
 
-static vt_status predict(vt_context *context, vt_predictor predictor, const vt_views *training, const vt_view *view,
-                         vt_vec3 centre, const vt_tree *hull, vt_fimage *out) {
+vt_status vt_predict_view(vt_context *context, vt_predictor predictor, const vt_views *training, const vt_view *view,
+                          vt_vec3 centre, const vt_tree *hull, vt_fimage *out) {
   int width = view->camera.width, height = view->camera.height;
   if (predictor == VT_PREDICT_HULL)
     return vt_composite(context, hull, hull->octree.level_count - 1, NULL, VT_BLEND_SUM, true, &view->camera, out);
@@ -148,7 +148,7 @@ vt_status vt_score_predictors(vt_session *session, const vt_views *training, con
   for (int p = 0; p < VT_PREDICTOR_COUNT && !status; p++) {
     for (int i = 0; i < judged->count && !status; i++) {
       vt_fimage guess = {0};
-      status = predict(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
+      status = vt_predict_view(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
       if (!status) status = vt_measure(context, &guess, &judged->items[i].picture, background, &metrics[i]);
       vt_free_fimage(context, &guess);
     }
