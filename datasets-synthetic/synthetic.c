@@ -25,7 +25,7 @@ vt_synthetic_desc vt_default_synthetic_desc(void) {
 }
 
 const char *vt_synthetic_name(vt_synthetic_kind kind) {
-  static const char *const names[] = {"tree", "oak",   "pine",  "small_oak", "birch", "willow",
+  static const char *const names[] = {"tree", "oak",  "pine",  "small_oak", "birch", "willow",
                                       "mesh", "ball", "shell", "blobs",     "comb",  "crown"};
   VT_ASSERT((size_t)kind < sizeof names / sizeof *names);
   return names[kind];
@@ -58,8 +58,9 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
   if (!(d->wind >= 0 && d->wind <= 0.5))
     return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: wind is %g; give 0 to 0.5", d->wind);
   if (d->light_path == VT_RAY_TRACED && !vt_is_phantom(d->kind) && !vt_can_trace_rays())
-    return vt_fail(ctx, VT_MISSING_PROGRAM, "synthetic capture: ray tracing needs Embree, which this build lacks; install "
-                                            "libembree-dev and build again, or take rasterised photographs");
+    return vt_fail(ctx, VT_MISSING_PROGRAM,
+                   "synthetic capture: ray tracing needs Embree, which this build lacks; install "
+                   "libembree-dev and build again, or take rasterised photographs");
   return VT_OK;
 }
 

@@ -4,10 +4,10 @@
 // A vertex at x moves by
 //     d(x) = g(h) sum_k a_k sin(w_k . x + p_k)  +  f(h) sum_j b_j sin(v_j . x + q_j)     (the second for leaves only)
 // with h its height over the foot, 0..1. The first sum is long waves (a tree's width and half of it), mostly sideways,
-// and g = h^1.5 leaves the foot of the trunk where it is. The second is waves of a few leaves' lengths in all directions.
-// All |a_k| and |b_j| sum to the amplitude. Normals turn by the inverse transpose of I + dd/dx, which is known in closed
-// form: a leaf's light and shade change with it. What goes wrong: short waves with a large amplitude tear leaves to
-// shreds, so that each b_j is bounded by a slope.
+// and g = h^1.5 leaves the foot of the trunk where it is. The second is waves of a few leaves' lengths in all
+// directions. All |a_k| and |b_j| sum to the amplitude. Normals turn by the inverse transpose of I + dd/dx, which is
+// known in closed form: a leaf's light and shade change with it. What goes wrong: short waves with a large amplitude
+// tear leaves to shreds, so that each b_j is bounded by a slope.
 
 #include "datasets-synthetic/wind.h"
 #include "base/rng.h"
@@ -22,7 +22,8 @@ typedef struct wave {
 } wave;
 
 static vt_vec3 draw_direction(vt_rng *rng, double flatness) {
-  double z = vt_random_between(rng, -1, 1) * flatness, angle = vt_random_between(rng, 0, 2 * VT_PI), r = sqrt(1 - z * z);
+  double z = vt_random_between(rng, -1, 1) * flatness, angle = vt_random_between(rng, 0, 2 * VT_PI),
+         r = sqrt(1 - z * z);
   return vt_v3(r * cos(angle), r * sin(angle), z);
 }
 

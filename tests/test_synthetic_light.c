@@ -8,10 +8,12 @@
 
 enum { SIZE = 48 };
 
-// One photograph of the mesh from straight above (or below) in the given sun, 3 units away, half the picture 1 unit wide.
+// One photograph of the mesh from straight above (or below) in the given sun, 3 units away, half the picture 1 unit
+// wide.
 static vt_image look_down(vt_context *ctx, const vt_mesh *mesh, vt_vec3 sun, bool from_below) {
   vt_view view = {.name = "above"};
-  view.camera = vt_look_at(vt_v3(0, 0, from_below ? -3 : 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), SIZE, SIZE);
+  view.camera =
+      vt_look_at(vt_v3(0, 0, from_below ? -3 : 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), SIZE, SIZE);
   vt_views views = {1, &view};
   vt_status status = vt_photograph_traced(ctx, mesh, sun, &(vt_wind){0}, 4, &views);
   if (status) printf("%s\n", vt_last_error(ctx));

@@ -28,8 +28,7 @@ static void wind_moves_leaves_and_not_the_foot_of_the_trunk(void **state) {
     farthest = fmax(farthest, way);
     assert_close(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1, 1e-4);
     if (p[2] < -0.99 && !wind.flutters[v]) assert_true(way < 1e-3 * amplitude + 1e-6);
-    if (wind.flutters[v])
-      leaves += way, between += hypot(hypot(q[0] - r[0], q[1] - r[1]), q[2] - r[2]), leaf_count++;
+    if (wind.flutters[v]) leaves += way, between += hypot(hypot(q[0] - r[0], q[1] - r[1]), q[2] - r[2]), leaf_count++;
   }
   assert_true(farthest <= amplitude * 1.0001 && farthest > 0.3 * amplitude);
   assert_true(leaves / leaf_count > 0.05 * amplitude && between / leaf_count > 0.05 * amplitude);
