@@ -266,6 +266,8 @@ vt_status vt_begin_bench(vt_session *session, const char *suite, vt_bench **out)
   bench->quick = vt_given(&session->arguments, "quick");
   snprintf(bench->suite, sizeof bench->suite, "%s", suite);
   vt_hold_progress(bench->context, bench->suite);
+  if (!vt_read_machine_time(&bench->machine_had, &bench->machine_used)) bench->machine_had = NAN;
+  bench->own_cpu = vt_cpu_seconds();
   *out = bench;
   return VT_OK;
 }
