@@ -3,8 +3,8 @@
 //
 // A difference counts only if it is more than what repetitions scatter by. Within `noise_share` of the old value or within `noise`
 // nothing is said; where there are ranges, they must also be apart. A time that was taken only once may have been disturbed by
-// anything, so it is allowed twice as much. Where other programs had a share in the machine, wall time is told but does not count;
-// processor time (unit "CPU s") does. Rows are found by their label, columns
+// anything, so it is allowed twice as much. Where other programs had a share in the machine, wall time, and what rows of widened
+// noise reached within a time budget, is told but does not count; processor time (unit "CPU s") does. Rows are found by their label, columns
 // by their name, so that a report of an older version can be compared as far as it goes.
 #include "programs/bench_data.h"
 
@@ -78,7 +78,7 @@ static void compare_cell(vt_session *session, const char *place, const vt_json *
     sum->same++;
     return;
   }
-  bool time = is_time(column) || !strcmp(unit, "CPU s"), excused = verdict > 0 && sum->busy && is_time(column);
+  bool time = is_time(column) || !strcmp(unit, "CPU s"), excused = verdict > 0 && sum->busy && (is_time(column) || factor > 1);
   const char *word = verdict > 0 ? (time ? "slower " : "worse  ")   : (time ? "faster " : "better ");
   vt_say(session, "%s  %s, %s: %.5g -> %.5g%s%s", word, place, name, old.median, new.median, *unit ? " " : "", unit);
   if (old.median != 0) vt_say(session, " (%+.1f %%)", 100 * (new.median - old.median) / fabs(old.median));
@@ -172,7 +172,7 @@ vt_status vt_compare_benches(vt_session *session, const char *old_path, const ch
   if (!status) {
     compare_tables(session, old, new, &sum);
     vt_say(session, "%d worse, %d better, %d unchanged, %d missing", sum.worse, sum.better, sum.same, sum.missing);
-    if (sum.excused) vt_say(session, ", %d times not counted", sum.excused);
+    if (sum.excused) vt_say(session, ", %d not counted", sum.excused);
     vt_say(session, "\n");
     if (sum.worse)
       status = vt_fail(context, VT_BELOW_QUALITY, "%s: %d figures got worse than in %s beyond noise; they are listed above", new_path,

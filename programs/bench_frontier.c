@@ -64,9 +64,9 @@ static void put_run(vt_bench_table *table, const vt_frontier_run *run, bool pack
   vt_put_spread(table, spread_of(run->seconds[packed ? VT_RUN_TOTAL : VT_RUN_RECONSTRUCT], run->repetitions));
   vt_put_spread(table, spread_of(run->seconds[packed ? VT_RUN_TOTAL_CPU : VT_RUN_RECONSTRUCT_CPU], run->repetitions));
   vt_put_metrics(table, packed ? run->packed : run->raw, run->repetitions);
-  vt_put_value(table, (double)(packed ? run->packed_bytes : run->raw_bytes));
-  vt_put_value(table, (double)(packed ? run->packed_file : run->raw_file));
-  if (packed) vt_put_value(table, (double)run->peak_bytes);
+  vt_put_spread(table, spread_of(run->textures[packed], run->repetitions));
+  vt_put_spread(table, spread_of(run->file[packed], run->repetitions));
+  if (packed) vt_put_spread(table, spread_of(run->peak_bytes, run->repetitions));
 }
 
 static void put_unpacked(vt_frontier *f) {

@@ -90,13 +90,13 @@ static vt_status judge_tree(vt_frontier *f, vt_frontier_run *run, const vt_tree 
   return status;
 }
 
-static vt_status weigh_file(vt_frontier *f, const vt_tree *tree, uint64_t *bytes) {
+static vt_status weigh_file(vt_frontier *f, const vt_tree *tree, double *bytes) {
   char *path = vt_join(f->context, f->scratch, "weighed.vtree");
   vt_file_report report = {0};
   vt_status status = path ? vt_write_tree(f->context, tree, path, &report) : VT_OUT_OF_MEMORY;
   if (path) unlink(path);
   vt_free(f->context, path);
-  *bytes = report.file_bytes;
+  *bytes = (double)report.file_bytes;
   return status;
 }
 
@@ -130,7 +130,7 @@ static vt_status reconstruct_and_pack(vt_frontier *f, vt_frontier_run *run, vt_t
   run->seconds[VT_RUN_COMPRESS][r] = vt_seconds() - middle;
   run->seconds[VT_RUN_TOTAL][r] = run->seconds[VT_RUN_RECONSTRUCT][r] + run->seconds[VT_RUN_COMPRESS][r];
   run->seconds[VT_RUN_TOTAL_CPU][r] = vt_cpu_seconds() - start_cpu;
-  run->peak_bytes = vt_peak_bytes(context) - held;
+  run->peak_bytes[r] = (double)(vt_peak_bytes(context) - held);
   run->leaf_level = report.leaf_level;
   return status;
 }
@@ -141,12 +141,12 @@ static vt_status repeat_run(vt_frontier *f, vt_frontier_run *run) {
   int r = run->repetitions;
   if (!status) status = judge_tree(f, run, &raw, NULL, &run->raw[r], NULL);
   if (!status) status = judge_tree(f, run, &packed, &run->pictures, &run->packed[r], &run->seconds[VT_RUN_FRAME][r]);
-  if (!status && r == 0) {
-    run->raw_bytes = vt_texture_bytes(&raw), run->packed_bytes = vt_texture_bytes(&packed);
-    f->centre = vt_tree_centre(&packed);
-    status = weigh_file(f, &raw, &run->raw_file);
-    if (!status) status = weigh_file(f, &packed, &run->packed_file);
+  const vt_tree *const trees[] = {&raw, &packed};
+  for (int t = 0; t < 2 && !status; t++) {
+    run->textures[t][r] = (double)vt_texture_bytes(trees[t]);
+    status = weigh_file(f, trees[t], &run->file[t][r]);
   }
+  if (!status) f->centre = vt_tree_centre(&packed);
   run->repetitions++;
   vt_free_tree(f->context, &raw);
   vt_free_tree(f->context, &packed);

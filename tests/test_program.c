@@ -98,7 +98,7 @@ static void every_value_is_checked_before_the_work(void **state) {
                {"render a -o b.xyz", "give a name that ends in"},
                {"render a -o b --turntable 4 --levels-sheet", "give one of them"},
                {"export a -o b.obj", "ends in .ply"},
-               {"bench nonsense", "there is frontier"},
+               {"bench nonsense", "no such suite; there is frontier"},
                {"evaluate a b --background none", "give white, black"},
                {"play a --headless 3", "-o DIR go together"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
