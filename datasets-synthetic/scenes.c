@@ -18,7 +18,14 @@ typedef struct scene {
 static const scene scenes[] = {{"tree_96", VT_SYNTHETIC_TREE, 16, 4, 96, 4, 1500, 1},
                                {"shell_64", VT_SYNTHETIC_SHELL, 16, 4, 64, 2, 0, 2},
                                {"blobs_64", VT_SYNTHETIC_BLOBS, 16, 4, 64, 2, 0, 4},
-                               {"ball_64", VT_SYNTHETIC_BALL, 16, 4, 64, 2, 0, 2}};
+                               {"ball_64", VT_SYNTHETIC_BALL, 16, 4, 64, 2, 0, 2},
+                               {"comb_64", VT_SYNTHETIC_COMB, 16, 4, 64, 4, 0, 80},
+                               {"crown_64", VT_SYNTHETIC_CROWN, 16, 4, 64, 2, 0, 50},
+                               {"ball_256", VT_SYNTHETIC_BALL, 48, 12, 256, 3, 0, 2},
+                               {"shell_256", VT_SYNTHETIC_SHELL, 48, 12, 256, 3, 0, 2},
+                               {"blobs_256", VT_SYNTHETIC_BLOBS, 48, 12, 256, 3, 0, 4},
+                               {"comb_256", VT_SYNTHETIC_COMB, 48, 12, 256, 3, 0, 80},
+                               {"crown_256", VT_SYNTHETIC_CROWN, 48, 12, 256, 3, 0, 50}};
 
 const char *vt_scene_name(size_t i) {
   return i < sizeof scenes / sizeof *scenes ? scenes[i].name : NULL;

@@ -3,7 +3,8 @@
 //
 // A level is a sorted list, not a tree of pointers: the children of cell i stand in Morton order behind those of cell
 // i-1, so splitting a sorted level gives a sorted level. Bricks of 4^3 cells (3^3 for the tri-grid of [RMMD04]) say
-// which cells exist in 64 bits; a cell's index is the brick's first plus the number of set bits below its own.
+// which cells exist in 64 bits; a cell's index is the brick's first plus the number of set bits below its own. bricks.c
+// says where the bricks are.
 
 #include "octree/cells.h"
 
@@ -22,6 +23,7 @@ void vt_free_level(vt_context *context, vt_level *level) {
   vt_free(context, level->optical_depth);
   vt_free(context, level->colour);
   vt_free(context, level->bricks);
+  vt_free(context, level->map.entries);
   *level = (vt_level){0};
 }
 
@@ -57,54 +59,6 @@ vt_status vt_allocate_level(vt_context *context, int branching, int level, size_
   if (out->x && out->y && out->z && out->optical_depth && out->colour) return VT_OK;
   vt_free_level(context, out);
   return VT_OUT_OF_MEMORY;
-}
-
-static size_t brick_of(const vt_level *level, int edge, uint32_t i) {
-  size_t n = (size_t)level->axis_bricks, e = (size_t)edge;
-  return level->x[i] / e + n * (level->y[i] / e + n * (level->z[i] / e));
-}
-
-// One sweep of the two-pass chessboard distance transform [Rosenfeld & Pfaltz 1968]: each brick against the 13
-// neighbours that come before it (step 1) or after it (step -1).
-static void spread_distance(vt_brick *bricks, int n, int step) {
-  int begin = step > 0 ? 0 : n - 1, end = step > 0 ? n : -1;
-  for (int z = begin; z != end; z += step)
-    for (int y = begin; y != end; y += step)
-      for (int x = begin; x != end; x += step) {
-        vt_brick *here = &bricks[(size_t)x + (size_t)n * ((size_t)y + (size_t)n * (size_t)z)];
-        for (int k = 0; k < 13 && here->skip > 1; k++) { // k = 0..12 of the 27, all before the middle one
-          int nx = x + step * (k % 3 - 1), ny = y + step * (k / 3 % 3 - 1), nz = z + step * (k / 9 - 1);
-          if (nx < 0 || ny < 0 || nz < 0 || nx >= n || ny >= n || nz >= n) continue;
-          uint32_t there = bricks[(size_t)nx + (size_t)n * ((size_t)ny + (size_t)n * (size_t)nz)].skip;
-          if (there + 1 < here->skip) here->skip = there + 1;
-        }
-      }
-}
-
-static void measure_empty_space(vt_brick *bricks, int n) {
-  size_t count = (size_t)n * (size_t)n * (size_t)n;
-  for (size_t i = 0; i < count; i++) bricks[i].skip = bricks[i].mask ? 0 : (uint32_t)n;
-  spread_distance(bricks, n, 1);
-  spread_distance(bricks, n, -1);
-}
-
-vt_status vt_build_bricks(vt_context *context, int branching, vt_level *level) {
-  int edge = vt_brick_edge(branching);
-  level->axis_bricks = (level->axis_cells + edge - 1) / edge;
-  size_t n = (size_t)level->axis_bricks;
-  level->bricks = VT_NEW(context, vt_brick, n * n * n);
-  if (!level->bricks) return VT_OUT_OF_MEMORY;
-  unsigned e = (unsigned)edge;
-  for (uint32_t i = 0; i < level->cell_count; i++) {
-    vt_brick *brick = &level->bricks[brick_of(level, edge, i)];
-    uint64_t bit = 1ull << vt_brick_bit(branching, level->x[i] % e, level->y[i] % e, level->z[i] % e);
-    VT_ASSERT(!(brick->mask & bit));
-    if (!brick->mask) brick->first = i;
-    VT_VALIDATE(brick->first + vt_count_bits(brick->mask & (bit - 1)) == i);
-    brick->mask |= bit;
-  }
-  measure_empty_space(level->bricks, level->axis_bricks);
-  return VT_OK;
 }
 
 typedef struct keyed { uint64_t key; uint32_t item; } keyed;
@@ -189,9 +143,10 @@ vt_status vt_split_level(vt_context *context, int branching, int level, const vt
 uint32_t vt_find_cell(const vt_level *level, int branching, int x, int y, int z) {
   if (x < 0 || y < 0 || z < 0 || x >= level->axis_cells || y >= level->axis_cells || z >= level->axis_cells)
     return VT_NO_CELL;
-  int e = vt_brick_edge(branching);
-  size_t n = (size_t)level->axis_bricks;
-  const vt_brick *brick = &level->bricks[(size_t)(x / e) + n * ((size_t)(y / e) + n * (size_t)(z / e))];
+  int e = vt_brick_edge(branching), at[3] = {x / e, y / e, z / e}, skip;
+  int32_t number = vt_find_brick(level, at, &skip);
+  if (number < 0) return VT_NO_CELL;
+  const vt_brick *brick = &level->bricks[number];
   uint64_t bit = 1ull << vt_brick_bit(branching, (unsigned)(x % e), (unsigned)(y % e), (unsigned)(z % e));
   return brick->mask & bit ? brick->first + vt_count_bits(brick->mask & (bit - 1)) : VT_NO_CELL;
 }

@@ -15,13 +15,24 @@ extern "C" {
 #define VT_MAX_LEVEL 10
 #define VT_NO_CELL UINT32_MAX
 
-// Where cells are: bricks of brick_edge^3 cells (4 for branching 2, 3 for branching 3), one entry each. Since cells are
-// in Morton order, the cells of a brick are neighbours in every array: cell = first + popcount(mask below its bit).
+// Where cells are: bricks of brick_edge^3 cells (4 for branching 2, 3 for branching 3), those that hold any. Since cells
+// are in Morton order, the cells of a brick are neighbours in every array: cell = first + popcount(mask below its bit).
 typedef struct vt_brick {
-  uint64_t mask;  // bit = Morton number of the cell within the brick
+  uint64_t mask;  // bit = number of the cell within the brick
   uint32_t first; // index of the brick's first cell
-  uint32_t skip;  // bricks to the nearest one with cells, larger of the axes' distances; 0 if it has cells itself
+  uint32_t spare; // 0
 } vt_brick;
+
+// Which brick is where. The top grid has an entry for each brick, or, where that would take more memory than the cells
+// do, for each block of top_edge^3 bricks; then a block that holds cells has a page of page_edge^3 entries, and so on
+// down to bricks. An entry >= 0 is the number of a brick or of the first entry of a page; an entry < 0 is empty space: in the top
+// grid minus the distance to the nearest entry that is not empty (the larger of the axes' distances), in pages -1.
+typedef struct vt_brick_map {
+  int axis, depth;         // entries along an edge of the top grid; pages between it and a brick
+  int top_edge, page_edge; // bricks along an edge of a top entry: page_edge^depth; entries along an edge of a page
+  size_t entry_count;      // of the top grid and all pages
+  int32_t *entries;        // [entry_count] top grid, then pages; x fastest, then y, then z; owned
+} vt_brick_map;
 
 // The occupied cells of one level, in Morton order, as structure of arrays. A cell's edge is root edge / branching^level.
 typedef struct vt_level {
@@ -31,7 +42,9 @@ typedef struct vt_level {
   float *optical_depth;   // [cell_count] extinction times the cell's edge, >= 0, dimensionless; owned
   float *colour;          // [cell_count][3] sRGB-encoded 0..1, the cell's own colour; owned
   int axis_bricks;        // ceil(axis_cells / brick_edge)
-  vt_brick *bricks;       // [axis_bricks^3] x fastest, then y, then z; owned
+  uint32_t brick_count;   //
+  vt_brick *bricks;       // [brick_count] in Morton order; owned
+  vt_brick_map map;       // where they are; owned
 } vt_level;
 
 typedef struct vt_octree {
@@ -75,6 +88,24 @@ size_t vt_max_segments(const vt_level *);
 // not) sum to the ray's length in the root cube. Rays that start inside start there. Chords below 1e-5 edges are
 // dropped. Writes at most vt_max_segments; returns their number. Integer stepping after Amanatides & Woo 1987.
 size_t vt_walk_ray(const vt_octree *, int level, const vt_ray *, vt_segment *out);
+
+// One cell on a ray.
+typedef struct vt_chord {
+  uint32_t cell;
+  float length; // in edges of the cell
+} vt_chord;
+
+// The instructions with which a packet of rays is walked. All give the same bits.
+typedef enum vt_walk_path { VT_WALK_PLAIN, VT_WALK_AVX2, VT_WALK_AVX512 } vt_walk_path;
+vt_walk_path vt_best_walk_path(void); // the fastest that this machine has; those below it exist too
+
+// The same walk for up to VT_PACKET_RAYS rays at once, best those of neighbouring pixels: ray i's chords, front to back,
+// are written from out + i * capacity on, and their number to chord_count[i]. capacity >= vt_max_segments; what lies behind a
+// ray's chords in its part of `out` may be overwritten. Pieces below 1e-6 edges are joined to the next cell. Rays with NaN or
+// infinity meet nothing.
+#define VT_PACKET_RAYS 16
+void vt_walk_rays(const vt_octree *, int level, vt_walk_path, const vt_ray *rays, int count, vt_chord *out, size_t capacity,
+                  uint32_t *chord_count);
 
 // ==== order ==========================================================================================================
 
@@ -163,6 +194,17 @@ typedef struct vt_view_weights {
 // (weights may then be NULL).
 vt_status vt_composite(vt_context *, const vt_tree *, int level, const vt_view_weights *, vt_blend, bool flat,
                        const vt_camera *, vt_fimage *out);
+
+// Work that a picture does not need. Skipping changes no pixel by more than the transmittance at which rays end;
+// `voltree bench skips` turns each off to see what it saves.
+enum {
+  VT_SKIP_HIDDEN = 1,  // a ray ends at transmittance 1e-4
+  VT_SKIP_OUTSIDE = 2, // no billboards for cells outside the picture
+  VT_SKIP_ALL = 3
+};
+// The same picture with only those of the VT_SKIP_... in `skips` skipped; vt_composite skips all.
+vt_status vt_composite_skipping(vt_context *, const vt_tree *, int level, const vt_view_weights *, vt_blend, bool flat,
+                                unsigned skips, const vt_camera *, vt_fimage *out);
 
 // ==== the .vtree file (docs/format.md) ===============================================================================
 

@@ -18,8 +18,8 @@
 typedef struct stepper {
   double x, y, z;    // distance at which the ray leaves the current cell through each axis' plane
   double dx, dy, dz; // distance between two planes; infinite along an axis without movement
-  int at;            // linear number of the current cell
-  int sx, sy, sz;    // what a step along each axis adds to it
+  int64_t at;         // linear number of the current cell
+  int64_t sx, sy, sz; // what a step along each axis adds to it
 } stepper;
 
 typedef struct walker {
@@ -58,7 +58,8 @@ static inline double next_plane(const walker *w, int a, int i, double size) {
   return ((i + (w->step[a] > 0)) * size - w->origin[a]) * w->inverse[a];
 }
 
-static inline stepper start_at(const walker *w, const int cell[3], double size, int at, int row, int slice) {
+static inline stepper start_at(const walker *w, const int cell[3], double size, int64_t at, int64_t row,
+                               int64_t slice) {
   double d[3];
   for (int a = 0; a < 3; a++) d[a] = w->step[a] ? size * fabs(w->inverse[a]) : INFINITY;
   return (stepper){next_plane(w, 0, cell[0], size), next_plane(w, 1, cell[1], size), next_plane(w, 2, cell[2], size),
@@ -72,14 +73,14 @@ static inline double next_exit(const stepper *s) {
 
 // Into the next cell, without branches: which axis comes first is as good as chance.
 static inline void step_on(stepper *s, double exit) {
-  int mx = -(s->x == exit), my = ~mx & -(s->y == exit), mz = ~(mx | my);
+  int64_t mx = -(s->x == exit), my = ~mx & -(s->y == exit), mz = ~(mx | my);
   s->at += (mx & s->sx) + (my & s->sy) + (mz & s->sz);
   s->x += mx ? s->dx : 0;
   s->y += my ? s->dy : 0;
   s->z += mz ? s->dz : 0;
 }
 
-// Morton number of the cell with linear number x + 4y + 16z (x + 3y + 9z in the tri-grid's bricks, where they agree).
+// Morton number of the cell with linear number x + 4y + 16z (in the tri-grid's bricks they agree).
 static const uint8_t morton_in_brick[64] = {
     0,  1,  8,  9,  2,  3,  10, 11, 16, 17, 24, 25, 18, 19, 26, 27, 4,  5,  12, 13, 6,  7,  14, 15, 20, 21, 28, 29, 22, 23, 30, 31,
     32, 33, 40, 41, 34, 35, 42, 43, 48, 49, 56, 57, 50, 51, 58, 59, 36, 37, 44, 45, 38, 39, 46, 47, 52, 53, 60, 61, 54, 55, 62, 63};
@@ -94,7 +95,7 @@ static size_t walk_brick(const walker *w, int edge, const vt_brick *brick, const
     cell[a] = locate(w, a, near, 1, corner, corner + edge - 1);
     local[a] = cell[a] - corner;
   }
-  stepper s = start_at(w, cell, 1, local[0] + edge * (local[1] + edge * local[2]), edge, edge * edge);
+  stepper s = start_at(w, cell, 1, local[0] + 4 * (local[1] + 4 * local[2]), 4, 16);
   double t = near, last = far - 1e-9;
   size_t count = 0;
   for (;;) {
@@ -113,7 +114,7 @@ static size_t walk_brick(const walker *w, int edge, const vt_brick *brick, const
 static inline stepper start_in_brick(const walker *w, double t, int edge, int n) {
   int brick[3];
   for (int a = 0; a < 3; a++) brick[a] = locate(w, a, t, edge, 0, n - 1);
-  return start_at(w, brick, edge, brick[0] + n * (brick[1] + n * brick[2]), n, n * n);
+  return start_at(w, brick, edge, brick[0] + n * (brick[1] + (int64_t)n * brick[2]), n, (int64_t)n * n);
 }
 
 size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray, vt_segment *out) {
@@ -133,18 +134,16 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
   double t = near, last = far - 1e-9;
   size_t count = 0;
   for (;;) {
-    const vt_brick *here = &level->bricks[s.at];
-    if (here->skip > LEAST_SKIP) { // nothing within skip - 1 bricks on any side
-      t += (here->skip - 1) * (double)edge;
+    int at[3] = {(int)(s.at % n), (int)(s.at / n % n), (int)(s.at / n / n)}, skip;
+    int32_t number = vt_find_brick(level, at, &skip);
+    if (skip > LEAST_SKIP) { // nothing within skip - 1 bricks on any side
+      t += (skip - 1) * (double)edge;
       if (t >= last) return count;
       s = start_in_brick(&w, t, edge, n);
       continue;
     }
     double exit = next_exit(&s), end = exit < far ? exit : far;
-    if (here->mask && end > t) {
-      int at[3] = {s.at % n, s.at / n % n, s.at / (n * n)};
-      count += walk_brick(&w, edge, here, at, t, end, out + count);
-    }
+    if (number >= 0 && end > t) count += walk_brick(&w, edge, &level->bricks[number], at, t, end, out + count);
     if (exit >= last) return count;
     t = end > t ? end : t;
     step_on(&s, exit);

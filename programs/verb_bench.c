@@ -26,7 +26,7 @@ static const vt_option options[] = {
     {0}};
 
 static const vt_suite *const suites[] = {
-    &vt_suite_frontier,
+    &vt_suite_frontier, &vt_suite_paper, &vt_suite_scaling, &vt_suite_stability, &vt_suite_skips,
 };
 #define SUITE_COUNT ((int)(sizeof suites / sizeof *suites))
 

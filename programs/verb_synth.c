@@ -8,13 +8,13 @@
 
 // The words stand in the order of vt_synthetic_kind.
 static const vt_option options[] = {
-    {"kind", 0, VT_OPTION_CHOICE, "tree|ball|shell|blobs", 0, 0, false,
-     "a grown tree, or a phantom of known extinction"},
+    {"kind", 0, VT_OPTION_CHOICE, "tree|oak|pine|small_oak|birch|willow|mesh|ball|shell|blobs|comb|crown", 0, 0, false,
+     "a tree grown in the manner of that species, or a phantom of known extinction"},
     {"seed", 0, VT_OPTION_INTEGER, "N", 0, 2147483647, false, "another tree for each N"},
     {"views", 0, VT_OPTION_INTEGER, "N", 1, 1000, false, "photographs to reconstruct from"},
     {"test-views", 0, VT_OPTION_INTEGER, "N", 0, 1000, false, "photographs to judge against"},
     {"size", 0, VT_OPTION_INTEGER, "N", 16, 8192, false, "pixels along an edge of the square photographs"},
-    {"leaves", 0, VT_OPTION_INTEGER, "N", 1, 10000000, false, "about so many leaves on the tree"},
+    {"leaves", 0, VT_OPTION_INTEGER, "N", -1, 10000000, false, "about so many leaves on the tree"},
     {"supersample", 0, VT_OPTION_INTEGER, "N", 1, 8, false, "samples along an edge of a pixel, for soft mattes"},
     {0}};
 

@@ -13,11 +13,6 @@ extern "C" {
 // Sums over rays are kept per lane and added up in the order of lanes: the lanes are the same for any number of threads.
 #define VT_LANES 8
 
-typedef struct vt_chord {
-  uint32_t cell;
-  float length; // in edges of the cell
-} vt_chord;
-
 typedef struct vt_swept_ray {
   int lane, view;         // view: index into the reduced views
   int x, y;               // pixel

@@ -1,0 +1,158 @@
+// ray_packet_kernel.h - the walk of a packet of rays, written once for any number of lanes
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Included by ray_packet_plain.c, ray_packet_avx2.c and ray_packet_avx512.c behind their lanes_*.h; see ray_packet.c.
+#ifndef VT_OCTREE_RAY_PACKET_KERNEL_H
+#define VT_OCTREE_RAY_PACKET_KERNEL_H
+
+#include "octree/ray_packet.h"
+#ifndef VT_LANE_COUNT
+#include "octree/lanes_plain.h"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SHORTEST_CHORD 64 // units: 1e-6 edges
+#define LONGEST_SPACING 0x1p30
+
+// One axis of all lanes, in bricks.
+typedef struct vt_lane_axis {
+  vt_reals origin, speed, inverse, place; // place: of the point reached, in cells
+  vt_reals plane;                         // distance at which the ray leaves the empty space ahead, or its brick
+  vt_ints brick, stride;
+} vt_lane_axis;
+
+typedef struct vt_lane_cells {
+  vt_ints to_plane[3], spacing[3], number; // units to each axis' next plane; the cell's number within its brick
+} vt_lane_cells;
+
+VT_LANE_OP vt_ints brick_at(const vt_walk_grid *grid, vt_reals place, vt_ints low, vt_ints high) {
+  vt_ints i = to_ints(multiply_reals(place, spread_real(1.0 / grid->width)));
+  return lower(higher(i, low), high);
+}
+
+// The cells of one brick in each chosen lane: at most 3 width - 2 steps, each to the nearest plane.
+VT_LANE_OP vt_ints walk_cells(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_choice here,
+                              const vt_lane_bricks *bricks, vt_lane_cells c, vt_chord *out, vt_ints at) {
+  const vt_ints bx = spread(grid->axis_bits[0]), by = spread(grid->axis_bits[1]), bz = spread(grid->axis_bits[2]);
+  const vt_ints turn = load_ints(p->turn + first), shift = load_ints(p->shift + first), one = spread(1);
+  vt_ints begun = spread(0), cell;
+  do {
+    vt_ints exit = lower(lower(c.to_plane[0], c.to_plane[1]), c.to_plane[2]), length = subtract(exit, begun);
+    vt_choice there = find_in_brick(bricks, subtract(bits_xor(c.number, turn), shift), &cell);
+    vt_choice long_enough = greater(length, spread(SHORTEST_CHORD - 1));
+    there = both(both(there, long_enough), here);
+    store_chords(out, at, there, cell, length, (float)(1 / VT_CHORD_UNITS));
+    at = add_where(there, at, one);
+    begun = choose(long_enough, exit, begun); // a shorter piece goes to the next cell
+    vt_choice x = equal(c.to_plane[0], exit), y = without(equal(c.to_plane[1], exit), x);
+    c.to_plane[0] = add_where(x, c.to_plane[0], c.spacing[0]);
+    c.to_plane[1] = add_where(y, c.to_plane[1], c.spacing[1]);
+    vt_ints bits = choose(x, bx, choose(y, by, bz));
+    vt_choice z = equal(bits, bz);
+    c.to_plane[2] = add_where(z, c.to_plane[2], c.spacing[2]);
+    vt_ints counted = bits_and(add(bits_or(c.number, bits_xor(bits, spread(-1))), one), bits);
+    c.number = bits_or(bits_without(c.number, bits), counted);
+    here = both(here, greater(spread(64), c.number));
+  } while (any(here));
+  return at;
+}
+
+// Where each chosen lane enters its brick: coordinates of the cell, and units to the next plane of each axis.
+VT_LANE_OP vt_lane_cells enter_brick(const vt_walk_grid *grid, const vt_ray_packet *p, int first, const vt_lane_axis axes[3],
+                                     vt_reals t) {
+  vt_lane_cells c = {.number = spread(0)};
+  for (int a = 0; a < 3; a++) {
+    vt_reals corner = to_reals(multiply(axes[a].brick, spread(grid->width)));
+    vt_ints local = to_ints(subtract_reals(axes[a].place, corner));
+    local = lower(higher(local, spread(0)), spread(grid->width - 1));
+    vt_reals left = to_reals(subtract(spread(grid->width - 1), local)); // planes before the brick's last
+    vt_reals units = subtract_reals(subtract_reals(axes[a].plane, t),
+                                    multiply_reals(left, load_reals(p->spacing[a] + first)));
+    units = add_reals(multiply_reals(units, spread_real(VT_CHORD_UNITS)), spread_real(0.5));
+    c.to_plane[a] = to_ints(lower_real(units, spread_real(LONGEST_SPACING)));
+    c.spacing[a] = load_ints(p->units[a] + first);
+    local = add(local, spread(4 - grid->width));
+    local = add(local, multiply(bits_and(local, spread(2)), spread(grid->gap)));
+    c.number = add(c.number, multiply(local, spread(grid->rise[a])));
+  }
+  return c;
+}
+
+// On to distance t, where the nearest plane ahead is: exactly there along its axis (or axes, at an edge or corner), and
+// along the others as far as the empty space goes.
+VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], const vt_ints reach[3], vt_reals nearest, vt_reals t) {
+  for (int a = 0; a < 3; a++) {
+    vt_ints end = add(axes[a].brick, reach[a]);
+    axes[a].place = add_reals(axes[a].origin, multiply_reals(t, axes[a].speed));
+    vt_ints within = brick_at(grid, axes[a].place, axes[a].brick, subtract(end, spread(1)));
+    axes[a].brick = choose(equal_reals(axes[a].plane, nearest), end, within);
+  }
+}
+
+// The map's entry of each lane's brick, and how many bricks further along each axis the same holds.
+VT_LANE_OP vt_ints look_up(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_choice alive,
+                           const vt_lane_axis axes[3], vt_ints reach[3]) {
+  const vt_brick_map *map = &grid->level->map;
+  if (map->depth) { // rare and slow: very fine and very sparse levels
+    int32_t brick[3][VT_LANE_COUNT], further[3][VT_LANE_COUNT], entry[VT_LANE_COUNT], active[VT_LANE_COUNT];
+    for (int a = 0; a < 3; a++) store_ints(brick[a], axes[a].brick);
+    store_ints(active, choose(alive, spread(1), spread(0)));
+    for (int l = 0; l < VT_LANE_COUNT; l++) {
+      int at[3] = {0, 0, 0}, ahead[3] = {1, 1, 1};
+      for (int a = 0; a < 3; a++) at[a] = brick[a][l];
+      entry[l] = active[l] ? vt_look_up_turned(grid->level, at, p->turned[first + l], ahead) : -1;
+      for (int a = 0; a < 3; a++) further[a][l] = ahead[a];
+    }
+    for (int a = 0; a < 3; a++) reach[a] = load_ints(further[a]);
+    return load_ints(entry);
+  }
+  vt_ints at = load_ints(p->start + first);
+  for (int a = 0; a < 3; a++) at = add(at, multiply(axes[a].brick, axes[a].stride));
+  vt_ints entry = gather(map->entries, choose(alive, at, spread(0)));
+  reach[0] = reach[1] = reach[2] = higher(subtract(spread(0), entry), spread(1));
+  return entry;
+}
+
+VT_LANE_TARGET static void walk_lanes(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_chord *out,
+                                      size_t capacity, uint32_t *count) {
+  vt_lane_axis axes[3];
+  vt_choice alive = chosen(p->alive + first);
+  if (!any(alive)) return;
+  for (int a = 0; a < 3; a++) {
+    axes[a] = (vt_lane_axis){.origin = load_reals(p->origin[a] + first), .speed = load_reals(p->speed[a] + first),
+                             .inverse = load_reals(p->inverse[a] + first), .stride = load_ints(p->stride[a] + first)};
+    axes[a].place = axes[a].origin;
+    axes[a].brick = brick_at(grid, axes[a].place, spread(0), spread(grid->bricks - 1));
+  }
+  int32_t begin[VT_LANE_COUNT], end[VT_LANE_COUNT];
+  for (int l = 0; l < VT_LANE_COUNT; l++) begin[l] = (int32_t)((size_t)l * capacity);
+  vt_ints at = load_ints(begin);
+  vt_reals t = spread_real(0);
+  do {
+    vt_ints reach[3], entry = look_up(grid, p, first, alive, axes, reach);
+    for (int a = 0; a < 3; a++) {
+      vt_reals plane = to_reals(multiply(add(axes[a].brick, reach[a]), spread(grid->width)));
+      axes[a].plane = multiply_reals(subtract_reals(plane, axes[a].origin), axes[a].inverse);
+    }
+    vt_reals nearest = lower_real(lower_real(axes[0].plane, axes[1].plane), axes[2].plane);
+    vt_choice here = both(alive, greater(entry, spread(-1)));
+    if (any(here)) {
+      vt_lane_bricks bricks = load_bricks(grid->level->bricks, higher(entry, spread(0)));
+      at = walk_cells(grid, p, first, here, &bricks, enter_brick(grid, p, first, axes, t), out, at);
+    }
+    t = higher_real(nearest, t); // rounding may have put a plane behind
+    advance(grid, axes, reach, nearest, t);
+    vt_ints farthest = higher(higher(axes[0].brick, axes[1].brick), axes[2].brick);
+    alive = both(alive, greater(spread(grid->bricks), farthest));
+  } while (any(alive));
+  store_ints(end, at);
+  for (int l = 0; l < VT_LANE_COUNT; l++) count[l] = (uint32_t)(end[l] - begin[l]);
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif
