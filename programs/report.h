@@ -13,7 +13,7 @@ vt_json_writer vt_begin_report(vt_session *);
 // that lie there, into --report.
 vt_status vt_end_report(vt_session *, vt_json_writer *);
 
-// Members psnr, psnr_foreground, ssim, alpha_rmse of the object that is open.
+// Members psnr, psnr_foreground, ssim, alpha_rmse, delta_e, sharpness of the object that is open.
 void vt_report_metrics(vt_json_writer *, const vt_metrics *);
 // 1234567 -> "1.23 MB"
 const char *vt_show_bytes(uint64_t bytes, char text[32]);
