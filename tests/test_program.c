@@ -80,7 +80,7 @@ static void every_value_is_checked_before_the_work(void **state) {
                {"synth a --views 0", "from 1 to 1000"},
                {"synth a --views 12x", "not a whole number"},
                {"synth a --views 99999999999999999999", "not a whole number"},
-               {"synth a --kind oak", "tree|ball|shell|blobs"},
+               {"synth a --kind elm", "tree|oak|pine"},
                {"synth a --quiet=yes", "takes no value"},
                {"synth a --threads 0", "from 1 to 64"},
                {"synth a --max-memory lots", "give it like 4G"},
