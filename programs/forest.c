@@ -7,15 +7,18 @@
 // [Edelsbrunner 1989, An acyclicity theorem for cell complexes in d dimensions]. Plain distance is not: a small tree may
 // stand beside a large one, nearer at its rim and farther at its axis.
 // A tree is drawn by its own renderer: the scene's camera is moved into the tree's world and cut to the rectangle on
-// which the cylinder falls; then its picture goes over what is there. The cylinder is that of the finest level: cells of a
-// coarser one, taken far away, stand out by less than their edge, which is then some pixels.
-// Far trees cost a walk over all cells of their level, each: honest and simple, and what a draw list of all trees must beat.
+// which all its cells fall; then its picture goes over what is there. The cylinder that keeps trees apart is that of the
+// finest level and leaves a rest of haze outside: what stands out of it, or is a cell of a coarser level, which far away is
+// some pixels wide, may be drawn on the wrong side of a neighbour. Far trees cost a walk over all cells of their level,
+// each: honest and simple, and what a draw list of all trees must beat.
 
 #include "programs/forest.h"
 
 #include "base/rng.h"
 #include "programs/orbit.h"
 
+#define RINGS 256
+#define HAZE 0.005 // share of the opacity that may stand out
 #define SMALLEST_SCALE 0.8
 #define LARGEST_SCALE 1.2
 
@@ -27,18 +30,27 @@ static void measure_species(vt_species *s) {
   int finest = octree->level_count - 1;
   double half = 0.8661 * vt_cell_edge(octree, finest), low = INFINITY, high = -INFINITY; // half: sqrt(3) / 2 edges
   s->up = orbit.up, s->aside = orbit.aside, s->back = vt_scale(orbit.ahead, -1);
-  for (uint32_t i = 0; i < octree->levels[finest].cell_count; i++) {
+  const vt_level *level = &octree->levels[finest];
+  double opacity[RINGS] = {0}, all = 0,
+         widest = 0.5 * sqrt(3) * octree->edge + vt_length(vt_sub(orbit.centre, octree->origin));
+  for (uint32_t i = 0; i < level->cell_count; i++) {
     vt_vec3 way = vt_sub(vt_cell_centre(octree, finest, i), orbit.centre);
     double z = vt_dot(way, s->up), r = vt_length(vt_sub(way, vt_scale(s->up, z))) + half;
     low = fmin(low, z - half), high = fmax(high, z + half);
-    s->radius = fmax(s->radius, r);
+    s->reach = fmax(s->reach, r);
+    double share = -expm1(-(double)level->optical_depth[i]);
+    int ring = (int)(RINGS * r / widest);
+    opacity[ring < RINGS ? ring : RINGS - 1] += share;
+    all += share;
   }
+  int ring = RINGS;
+  for (double outside = 0; ring > 1 && outside + opacity[ring - 1] <= HAZE * all; ring--) outside += opacity[ring - 1];
+  s->radius = fmin(s->reach, widest * ring / RINGS);
   s->height = high > low ? high - low : 1;
   s->foot = vt_add(orbit.centre, vt_scale(s->up, high > low ? low : 0));
 }
 
-vt_status vt_begin_forest(vt_context *context, const vt_tree *const *trees, int count, vt_backend backend,
-                          vt_forest *out) {
+vt_status vt_begin_forest(vt_context *context, const vt_tree *const *trees, int count, vt_backend backend, vt_forest *out) {
   VT_ASSERT(count >= 1);
   *out = (vt_forest){.species = VT_NEW(context, vt_species, (size_t)count)};
   vt_status status = out->species ? VT_OK : VT_OUT_OF_MEMORY;
@@ -90,23 +102,24 @@ vt_status vt_plant_forest(vt_context *context, vt_forest *forest, int count, uin
     const vt_species *s = &forest->species[i % forest->species_count];
     double scale = SMALLEST_SCALE + (LARGEST_SCALE - SMALLEST_SCALE) * vt_random_unit(&rng);
     double room = fmax(0, 0.5 * step - s->radius / s->height * scale); // the circle stays within its square
-    forest->instances[i] =
-        (vt_instance){.species = i % forest->species_count,
-                      .x = step * (i % side - 0.5 * (side - 1)) + room * (2 * vt_random_unit(&rng) - 1),
-                      .y = step * (i / side - 0.5 * (side - 1)) + room * (2 * vt_random_unit(&rng) - 1),
-                      .angle = 2 * VT_PI * vt_random_unit(&rng),
-                      .scale = scale / s->height};
+    forest->instances[i] = (vt_instance){.species = i % forest->species_count,
+                                         .x = step * (i % side - 0.5 * (side - 1)) + room * (2 * vt_random_unit(&rng) - 1),
+                                         .y = step * (i / side - 0.5 * (side - 1)) + room * (2 * vt_random_unit(&rng) - 1),
+                                         .angle = 2 * VT_PI * vt_random_unit(&rng),
+                                         .scale = scale / s->height};
   }
   return VT_OK;
 }
 
 // ---- one instance
 
-typedef struct rectangle { int left, top, right, bottom; } rectangle; // pixels; empty: nothing to draw
+typedef struct rectangle {
+  int left, top, right, bottom;
+} rectangle; // pixels; empty: nothing to draw
 
-// Where the instance's cylinder falls; the whole picture where it reaches behind the eye.
+// Where all cells of the instance fall; the whole picture where it reaches behind the eye.
 static rectangle find_rectangle(const vt_camera *camera, const vt_species *s, const vt_instance *instance) {
-  double r = s->radius * instance->scale, h = s->height * instance->scale, low[2] = {INFINITY, INFINITY},
+  double r = s->reach * instance->scale, h = s->height * instance->scale, low[2] = {INFINITY, INFINITY},
          high[2] = {-INFINITY, -INFINITY};
   int behind = 0;
   for (int corner = 0; corner < 8; corner++) {
@@ -129,7 +142,8 @@ static rectangle find_rectangle(const vt_camera *camera, const vt_species *s, co
 static vt_camera move_camera(const vt_camera *camera, const vt_species *s, const vt_instance *instance,
                              const rectangle *cut) {
   double c = cos(instance->angle), sn = sin(instance->angle);
-  vt_vec3 x = vt_sub(vt_scale(s->aside, c), vt_scale(s->back, sn)), y = vt_add(vt_scale(s->aside, sn), vt_scale(s->back, c));
+  vt_vec3 x = vt_sub(vt_scale(s->aside, c), vt_scale(s->back, sn)),
+          y = vt_add(vt_scale(s->aside, sn), vt_scale(s->back, c));
   const double b[9] = {x.x, x.y, x.z, y.x, y.y, y.z, s->up.x, s->up.y, s->up.z};
   vt_camera out = *camera;
   for (int row = 0; row < 3; row++)
@@ -199,8 +213,8 @@ static vt_status draw_instance(vt_context *context, const vt_forest *forest, con
   return VT_OK;
 }
 
-vt_status vt_draw_forest(vt_context *context, const vt_forest *forest, const vt_render_desc *desc,
-                         const vt_camera *camera, vt_fimage *out, vt_forest_report *or_null) {
+vt_status vt_draw_forest(vt_context *context, const vt_forest *forest, const vt_render_desc *desc, const vt_camera *camera,
+                         vt_fimage *out, vt_forest_report *or_null) {
   vt_forest_report report = {0};
   *out = (vt_fimage){0};
   rank *order = VT_NEW(context, rank, (size_t)forest->instance_count);

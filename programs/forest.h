@@ -13,13 +13,14 @@ typedef struct vt_instance {
   double scale; // scene units per unit of the tree's own world, > 0
 } vt_instance;
 
-// A tree that is ready to be drawn, and the upright cylinder around the cells of its finest level.
+// A tree that is ready to be drawn, and the upright cylinders around its finest level.
 typedef struct vt_species {
   const vt_tree *tree; // borrowed
   vt_renderer *renderer;
   vt_vec3 foot;           // tree's world: where the cylinder's axis meets its bottom
   vt_vec3 aside, back, up; // tree's world, orthonormal: the scene's x, y and z at angle 0
-  double radius, height;  // tree's world
+  double radius;          // tree's world, around all but 0.5 % of the opacity: no other tree may stand in it
+  double reach, height;   // tree's world, around all cells
 } vt_species;
 
 typedef struct vt_forest {

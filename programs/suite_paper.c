@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // [LRMDM06] Linz, Reche-Martinez, Drettakis, Magnor 2006. Its three trees were photographed out of doors; ours are grown to
-// the same description, so what can be compared is the order of magnitude and what a step does: pruning, a level, a codebook.
-// As in the paper: octree of 7 levels with 4x4 texels (method 2006) beside the tri-grid of 5 with 8x8 (2004), the two nearest
-// photographs blended in one sum, codebooks of 512, 512 and 1024. As many photographs as its texture memory speaks of: 72 MB
-// of 64 bytes a texture over 53,000 billboards are 22, and 41 for the small oak. Frames are ours without a graphics card.
-// The paper's PSNR over codebook size (its Fig. 6) is a plot without numbers, so that table stands alone.
+// the same description, so what can be compared is the order of magnitude and what a step does: pruning, a level, a
+// codebook. As in the paper: octree of 7 levels with 4x4 texels (method 2006) beside the tri-grid of 5 with 8x8 (2004), the
+// two nearest photographs blended in one sum, codebooks of 512, 512 and 1024. As many photographs as its texture memory
+// speaks of: 72 MB of 64 bytes a texture over 53,000 billboards are 22, and 41 for the small oak. Frames are ours without a
+// graphics card. The paper's PSNR over codebook size (its Fig. 6) is a plot without numbers, so that table stands alone.
 #include "programs/suite_tools.h"
 
 #include "programs/contact_sheet.h"
@@ -17,17 +17,19 @@
 
 typedef struct specimen { // the paper's figures; NAN: not given
   const char *scene;
+  vt_synthetic_kind kind;
   int photographs, codewords;
-  double before, after, tri_grid;                   // billboards
-  double fine, coarse, tri_fine, tri_coarse;        // primitives of its Fig. 2, which shows one tree
+  double before, after, tri_grid;            // billboards
+  double fine, coarse, tri_fine, tri_coarse; // primitives of its Fig. 2, which shows one tree
   double raw_bytes, packed_bytes;
   double frames_tri_grid, frames_octree, frames_pruned; // a second
 } specimen;
 
 static const specimen specimens[] = {
-    {"oak", 22, 512, 154000, 53000, 361000, NAN, NAN, NAN, NAN, 72e6, 3.1e6, 1.5, 4, 11},
-    {"pine", 22, 512, 54000, 43000, 152000, NAN, NAN, NAN, NAN, 60e6, 2.1e6, 2.6, 6, 11},
-    {"small_oak", 41, 1024, 35000, 33000, 114000, 34000, 6300, 51000, 3800, 86e6, 6.3e6, 2.5, 6, 12}};
+    {"oak", VT_SYNTHETIC_OAK, 22, 512, 154000, 53000, 361000, NAN, NAN, NAN, NAN, 72e6, 3.1e6, 1.5, 4, 11},
+    {"pine", VT_SYNTHETIC_PINE, 22, 512, 54000, 43000, 152000, NAN, NAN, NAN, NAN, 60e6, 2.1e6, 2.6, 6, 11},
+    {"small_oak", VT_SYNTHETIC_SMALL_OAK, 41, 1024, 35000, 33000, 114000, 34000, 6300, 51000, 3800, 86e6, 6.3e6, 2.5, 6,
+     12}};
 enum { SPECIMEN_COUNT = 3, MOST_VIEWS = 24 };
 
 typedef struct work {
@@ -61,12 +63,10 @@ static const char *label_of(const work *w, const char *rest, char text[96]) {
 
 // ---- Fig. 4: billboards before and after pruning
 
-static const vt_bench_column billboard_columns[] = {{"before", "", VT_NEITHER_BETTER, 0, 0},
-                                                    {"after", "", VT_LESS_BETTER, 0.02, 0},
-                                                    {"kept", "share", VT_LESS_BETTER, 0.02, 0},
-                                                    {"paper: before", "", VT_NEITHER_BETTER, 0, 0},
-                                                    {"paper: after", "", VT_NEITHER_BETTER, 0, 0},
-                                                    {"paper: kept", "share", VT_NEITHER_BETTER, 0, 0}};
+static const vt_bench_column billboard_columns[] = {
+    {"before", "", VT_NEITHER_BETTER, 0, 0},       {"after", "", VT_LESS_BETTER, 0.02, 0},
+    {"kept", "share", VT_LESS_BETTER, 0.02, 0},    {"paper: before", "", VT_NEITHER_BETTER, 0, 0},
+    {"paper: after", "", VT_NEITHER_BETTER, 0, 0}, {"paper: kept", "share", VT_NEITHER_BETTER, 0, 0}};
 
 // Cells of a level that have a tile in one of the chosen views, or in any (NULL).
 static double count_shown(const vt_tree *tree, int level, const vt_view_weights *weights) {
@@ -101,7 +101,8 @@ static void put_billboards(work *w) {
   for (int level = 2; level <= leaf; level++) {
     double before = count_shown(&w->full, level, NULL), after = count_over_rotation(&w->pruned, level);
     bool last = level == leaf;
-    const double row[] = {before, after, after / before, last ? s->before : NAN, last ? s->after : NAN, last ? s->after / s->before : NAN};
+    const double row[] = {
+        before, after, after / before, last ? s->before : NAN, last ? s->after : NAN, last ? s->after / s->before : NAN};
     snprintf(rest, sizeof rest, "octree level %d", level);
     vt_put_values(w->billboards, label_of(w, rest, label), row, 6);
   }
@@ -150,8 +151,15 @@ static vt_status put_switch(work *w, const vt_tree *tree, const char *name, doub
   vt_circle_cameras(tree, 0, size, count, cameras);
   vt_status status = vt_compare_drawings(w->context, &a, &b, cameras, count, &difference);
   if (status) return status;
-  const double row[] = {count_over_rotation(tree, leaf), count_over_rotation(tree, leaf - 1), vt_whole_rms(&difference),
-                        vt_tree_rms(&difference), vt_whole_psnr(&difference), size, fine, coarse, rms};
+  const double row[] = {count_over_rotation(tree, leaf),
+                        count_over_rotation(tree, leaf - 1),
+                        vt_whole_rms(&difference),
+                        vt_tree_rms(&difference),
+                        vt_whole_psnr(&difference),
+                        size,
+                        fine,
+                        coarse,
+                        rms};
   snprintf(rest, sizeof rest, "%s %d to %d", name, leaf, leaf - 1);
   vt_put_values(w->switches, label_of(w, rest, label), row, 9);
   return VT_OK;
@@ -167,15 +175,12 @@ static vt_status put_switches(work *w) {
 
 // ---- texture memory, Fig. 6 and the quantisers
 
-static const vt_bench_column texture_columns[] = {{"textures", "", VT_LESS_BETTER, 0.02, 0},
-                                                  {"raw", "bytes", VT_LESS_BETTER, 0.02, 0},
-                                                  {"packed", "bytes", VT_LESS_BETTER, 0.02, 0},
-                                                  {"ratio", "times", VT_MORE_BETTER, 0.02, 0},
-                                                  {"unpruned, raw", "bytes", VT_NEITHER_BETTER, 0, 0},
-                                                  {"tri-grid, raw", "bytes", VT_NEITHER_BETTER, 0, 0},
-                                                  {"paper: raw", "bytes", VT_NEITHER_BETTER, 0, 0},
-                                                  {"paper: packed", "bytes", VT_NEITHER_BETTER, 0, 0},
-                                                  {"paper: ratio", "times", VT_NEITHER_BETTER, 0, 0}};
+static const vt_bench_column texture_columns[] = {
+    {"textures", "", VT_LESS_BETTER, 0.02, 0},           {"raw", "bytes", VT_LESS_BETTER, 0.02, 0},
+    {"packed", "bytes", VT_LESS_BETTER, 0.02, 0},        {"ratio", "times", VT_MORE_BETTER, 0.02, 0},
+    {"unpruned, raw", "bytes", VT_NEITHER_BETTER, 0, 0}, {"tri-grid, raw", "bytes", VT_NEITHER_BETTER, 0, 0},
+    {"paper: raw", "bytes", VT_NEITHER_BETTER, 0, 0},    {"paper: packed", "bytes", VT_NEITHER_BETTER, 0, 0},
+    {"paper: ratio", "times", VT_NEITHER_BETTER, 0, 0}};
 static const vt_bench_column codebook_columns[] = {{"codewords", "", VT_NEITHER_BETTER, 0, 0},
                                                    {"PSNR of textures, colour", "dB", VT_MORE_BETTER, 0, 0.05},
                                                    {"PSNR of textures, alpha", "dB", VT_MORE_BETTER, 0, 0.05},
@@ -210,8 +215,15 @@ static vt_status put_textures(work *w) {
   vt_status status = pack_and_compare(w, VT_LAB_MODIFIED_GLA, s->codewords, &w->packed, &report, &difference);
   if (status) return status;
   double raw = (double)report.raw_bytes, packed = (double)report.packed_bytes;
-  const double row[] = {(double)report.tile_count, raw, packed, raw / packed, (double)vt_texture_bytes(&w->full),
-                        (double)vt_texture_bytes(&w->tri_grid), s->raw_bytes, s->packed_bytes, s->raw_bytes / s->packed_bytes};
+  const double row[] = {(double)report.tile_count,
+                        raw,
+                        packed,
+                        raw / packed,
+                        (double)vt_texture_bytes(&w->full),
+                        (double)vt_texture_bytes(&w->tri_grid),
+                        s->raw_bytes,
+                        s->packed_bytes,
+                        s->raw_bytes / s->packed_bytes};
   vt_put_values(w->textures, s->scene, row, 9);
   return VT_OK;
 }
@@ -239,7 +251,9 @@ static vt_status put_quantisers(work *w) {
     const char *name;
     vt_quantiser quantiser;
     double paper;
-  } all[] = {{"RGB, GLA", VT_RGB_GLA, 30.20}, {"CIELab, GLA", VT_LAB_GLA, 28.15}, {"CIELab, modified GLA", VT_LAB_MODIFIED_GLA, 28.10}};
+  } all[] = {{"RGB, GLA", VT_RGB_GLA, 30.20},
+             {"CIELab, GLA", VT_LAB_GLA, 28.15},
+             {"CIELab, modified GLA", VT_LAB_MODIFIED_GLA, 28.10}};
   vt_status status = VT_OK;
   for (int i = 0; i < 3 && !status; i++) {
     vt_tree packed = {0};
@@ -355,7 +369,8 @@ static vt_status put_scene(work *w, int b, int count, double paper) {
   vt_status status = vt_begin_forest(w->context, trees, SPECIMEN_COUNT, backends[b], &job.forest);
   if (!status) status = vt_plant_forest(w->context, &job.forest, count, 7);
   double reach = vt_forest_reach(&job.forest);
-  job.camera = vt_look_at(vt_v3(-reach - 1.5, -0.2 * reach, 1.1), vt_v3(0, 0, 0.5), vt_v3(0, 0, 1), 0.9, w->quick ? 240 : 640, w->quick ? 160 : 480);
+  job.camera = vt_look_at(vt_v3(-reach - 1.5, -0.2 * reach, 1.1), vt_v3(0, 0, 0.5), vt_v3(0, 0, 1), 0.9,
+                          w->quick ? 240 : 640, w->quick ? 160 : 480);
   if (!status) status = draw_scene(&job, 0);
   if (!status) status = vt_time_in_turn(w->bench, 1, vt_repetitions_of(w->bench, 3), draw_scene, &job, &seconds);
   snprintf(label, sizeof label, "%d trees/%s", count, backend_names[b]);
@@ -402,7 +417,9 @@ static vt_status add_pictures(work *w) {
     vt_destroy_renderer(w->context, renderer);
   }
   char caption[160];
-  snprintf(caption, sizeof caption, "%s: a photograph; then from between two others: tri-grid, octree one level before the last, octree, packed", w->specimen->scene);
+  snprintf(caption, sizeof caption,
+           "%s: a photograph; then from between two others: tri-grid, octree one level before the last, octree, packed",
+           w->specimen->scene);
   if (!status) vt_add_picture(w->bench, caption, &sheet.image);
   vt_free_sheet(w->context, &sheet);
   return status;
@@ -411,14 +428,13 @@ static vt_status add_pictures(work *w) {
 // ---- one specimen
 
 static vt_synthetic_desc scene_of(const work *w) {
-  vt_synthetic_desc desc;
-  if (!vt_find_scene(w->specimen->scene, &desc)) vt_find_scene("tree_96", &desc), desc.seed = (uint32_t)(1 + (w->specimen - specimens)), desc.leaf_count = 12000;
+  vt_synthetic_desc desc = vt_default_synthetic_desc();
+  desc.kind = w->specimen->kind;
   desc.train_count = w->quick ? 16 : w->specimen->photographs;
   desc.test_count = 0;
-  desc.backdrop = VT_BACKDROP_NONE;
-  if (!vt_can_trace_rays()) desc.light_path = VT_RASTERISED;
+  desc.light_path = vt_can_trace_rays() ? VT_RAY_TRACED : VT_RASTERISED;
   desc.width = desc.height = w->quick ? 96 : 400;
-  if (w->quick) desc.leaf_count = 1500, desc.supersample = 2;
+  desc.leaf_count = w->quick ? 1500 : -1;
   return desc;
 }
 
@@ -464,14 +480,29 @@ static void free_specimen(work *w, vt_tree *keep_packed) {
 
 static void add_tables(work *w) {
   vt_bench *b = w->bench;
-  w->billboards = vt_add_table(b, "billboards", "LRMDM06, Fig. 4: billboards of a level before pruning, and drawn after it (mean over a rotation)", billboard_columns, 6);
-  w->switches = vt_add_table(b, "level_switch", "Fig. 2: primitives of two levels, and how far a picture of one is from that of the other where the level of detail switches (the paper gives one tree, not which; its primitives stand with the likeliest)", switch_columns, 9);
+  w->billboards = vt_add_table(
+      b, "billboards", "LRMDM06, Fig. 4: billboards of a level before pruning, and drawn after it (mean over a rotation)",
+      billboard_columns, 6);
+  w->switches = vt_add_table(
+      b, "level_switch",
+      "Fig. 2: primitives of two levels, and how far a picture of one is from that of the other where the level of detail "
+      "switches (the paper gives one tree, not which; its primitives stand with the likeliest)",
+      switch_columns, 9);
   w->textures = vt_add_table(b, "textures", "Memory of the textures of all levels", texture_columns, 9);
-  w->codebooks = vt_add_table(b, "codebooks", "Fig. 6: PSNR over the size of the codebooks (CIELab, GLA), of textures and of pictures drawn with them", codebook_columns, 5);
-  w->quantisers = vt_add_table(b, "quantisers", "Pictures of the packed tree against those of the raw one (the paper gives one tree)", quantiser_columns, 5);
-  w->frames = vt_add_table(b, "frames", "Frames a second: ours on this machine's processor, the paper's on a GeForce 6800", frame_columns, 4);
-  vt_add_plot(b, w->codebooks, &(vt_plot){"codebooks_textures", "PSNR of textures' colour", "codewords", "PSNR of textures, colour", true, false, true});
-  vt_add_plot(b, w->codebooks, &(vt_plot){"codebooks_pictures", "PSNR of pictures", "codewords", "PSNR of pictures", true, false, true});
+  w->codebooks =
+      vt_add_table(b, "codebooks",
+                   "Fig. 6: PSNR over the size of the codebooks (CIELab, GLA), of textures and of pictures drawn with them",
+                   codebook_columns, 5);
+  w->quantisers =
+      vt_add_table(b, "quantisers", "Pictures of the packed tree against those of the raw one (the paper gives one tree)",
+                   quantiser_columns, 5);
+  w->frames = vt_add_table(b, "frames", "Frames a second: ours on this machine's processor, the paper's on a GeForce 6800",
+                           frame_columns, 4);
+  vt_add_plot(b, w->codebooks,
+              &(vt_plot){"codebooks_textures", "PSNR of textures' colour", "codewords", "PSNR of textures, colour", true,
+                         false, true});
+  vt_add_plot(b, w->codebooks,
+              &(vt_plot){"codebooks_pictures", "PSNR of pictures", "codewords", "PSNR of pictures", true, false, true});
 }
 
 static vt_status run(vt_bench *bench) {
@@ -480,7 +511,8 @@ static vt_status run(vt_bench *bench) {
   w.total = SPECIMEN_COUNT * (4 + 1 + 1 + 2 + (w.quick ? 4 : 7) + 3) + 4;
   add_tables(&w);
   if (w.quick)
-    vt_add_sentence(bench, "Quick: small trees and photographs, one level less; the paper's figures are there for the form.");
+    vt_add_sentence(bench,
+                    "Quick: small trees and photographs, one level less; the paper's figures are there for the form.");
   vt_status status = VT_OK;
   for (int i = 0; i < SPECIMEN_COUNT && !status; i++) {
     w.specimen = &specimens[i];

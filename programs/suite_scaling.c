@@ -1,10 +1,10 @@
 // suite_scaling.c - how time and memory grow with everything that can be made larger
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One quantity at a time is doubled, everything else stays. Each run is timed in turn with the others of its sweep; its peak
-// is what vt_alloc handed out above what was there before it began. Exponents are fitted to ln y over ln x; for orientation:
-// foliage behaves as a set of dimension 2.3 to 2.4 (METHODS, section 0), so cells grow by 2^2.4 a level and with the pixels
-// of a photograph's edge; time per ray and cell should not grow at all.
+// One quantity at a time is doubled, everything else stays. Each run is timed in turn with the others of its sweep; its
+// peak is what vt_alloc handed out above what was there before it began. Exponents are fitted to ln y over ln x; for
+// orientation: foliage behaves as a set of dimension 2.3 to 2.4 (METHODS, section 0), so cells grow by 2^2.4 a level and
+// with the pixels of a photograph's edge; time per ray and cell should not grow at all.
 #include "programs/suite_tools.h"
 
 #include "programs/forest.h"
@@ -68,29 +68,35 @@ static void set_level(vt_synthetic_desc *scene, vt_reconstruct_desc *how, double
 
 static const growth growths[] = {
     {"photographs", "photographs", "More photographs, leaf level 5", set_photographs, {8, 16, 32, 64, 128}, 5, 4},
-    {"pixels", "pixels", "Larger photographs, the leaf level following: pixels along an edge", set_pixels,
-     {48, 96, 192, 384}, 4, 3},
+    {"pixels",
+     "pixels",
+     "Larger photographs, the leaf level following: pixels along an edge",
+     set_pixels,
+     {48, 96, 192, 384},
+     4,
+     3},
     {"levels", "level", "Deeper trees of the same photographs", set_level, {3, 4, 5, 6, 7}, 5, 4}};
 #define GROWTH_COUNT ((int)(sizeof growths / sizeof *growths))
 
-static const vt_bench_column growth_columns[] = {{"x", "", VT_NEITHER_BETTER, 0, 0},
-                                                 {"seconds", "s", VT_LESS_BETTER, 0.2, 0.02},
-                                                 {"peak", "bytes", VT_LESS_BETTER, 0.05, 1e5},
-                                                 {"textures", "bytes", VT_LESS_BETTER, 0.02, 0},
-                                                 {"cells", "", VT_NEITHER_BETTER, 0, 0},
-                                                 {"billboards", "", VT_NEITHER_BETTER, 0, 0},
-                                                 {"rays", "", VT_NEITHER_BETTER, 0, 0},
-                                                 {"hull", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"rays walked", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"opacity", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"colour", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"refinement", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"billboards made", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"walk, per ray", "us", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"opacity, per ray", "us", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"refinement, per ray of the leaf level", "us", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"hull, per cell", "us", VT_LESS_BETTER, 0.25, 0.02},
-                                                 {"billboards made, per billboard", "us", VT_LESS_BETTER, 0.25, 0.02}};
+static const vt_bench_column growth_columns[] = {
+    {"x", "", VT_NEITHER_BETTER, 0, 0},
+    {"seconds", "s", VT_LESS_BETTER, 0.2, 0.02},
+    {"peak", "bytes", VT_LESS_BETTER, 0.05, 1e5},
+    {"textures", "bytes", VT_LESS_BETTER, 0.02, 0},
+    {"cells", "", VT_NEITHER_BETTER, 0, 0},
+    {"billboards", "", VT_NEITHER_BETTER, 0, 0},
+    {"rays", "", VT_NEITHER_BETTER, 0, 0},
+    {"hull", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"rays walked", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"opacity", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"colour", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"refinement", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"billboards made", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"walk, per ray", "us", VT_LESS_BETTER, 0.25, 0.02},
+    {"opacity, per ray", "us", VT_LESS_BETTER, 0.25, 0.02},
+    {"refinement, per ray of the leaf level", "us", VT_LESS_BETTER, 0.25, 0.02},
+    {"hull, per cell", "us", VT_LESS_BETTER, 0.25, 0.02},
+    {"billboards made, per billboard", "us", VT_LESS_BETTER, 0.25, 0.02}};
 enum { X, SECONDS, PEAK, TEXTURES, CELLS, BILLBOARDS, RAYS, STAGES, PER_RAY = STAGES + 6, COLUMN_COUNT = PER_RAY + 5 };
 
 typedef struct growth_job {
@@ -138,7 +144,8 @@ static void put_growth_exponents(work *w, const growth *g, const growth_job *job
   static const struct {
     int column;
     const char *name;
-  } fitted[] = {{SECONDS, "seconds"}, {PEAK, "peak"}, {CELLS, "cells"}, {RAYS, "rays"}, {TEXTURES, "textures"}, {PER_RAY, "walk, per ray"}};
+  } fitted[] = {{SECONDS, "seconds"}, {PEAK, "peak"},         {CELLS, "cells"},
+                {RAYS, "rays"},       {TEXTURES, "textures"}, {PER_RAY, "walk, per ray"}};
   bool levels = g->set == set_level;
   double x[MOST], y[MOST], cells[MOST];
   char label[80];
@@ -170,8 +177,10 @@ static void put_growth(work *w, const growth *g, const growth_job *job, const vt
   vt_add_plot(w->bench, table, &(vt_plot){name, "Seconds", "x", "seconds", !levels, true, false});
   snprintf(name, sizeof name, "%s_peak", g->name);
   vt_add_plot(w->bench, table, &(vt_plot){name, "Peak memory", "x", "peak", !levels, true, false});
-  if (levels) vt_add_plot(w->bench, table, &(vt_plot){"cells_seconds", "Seconds over cells", "cells", "seconds", true, true, false});
-  if (levels) vt_add_plot(w->bench, table, &(vt_plot){"cells_peak", "Peak memory over cells", "cells", "peak", true, true, false});
+  if (levels)
+    vt_add_plot(w->bench, table, &(vt_plot){"cells_seconds", "Seconds over cells", "cells", "seconds", true, true, false});
+  if (levels)
+    vt_add_plot(w->bench, table, &(vt_plot){"cells_peak", "Peak memory over cells", "cells", "peak", true, true, false});
 }
 
 static vt_status run_growth(work *w, const growth *g) {
@@ -198,14 +207,11 @@ static vt_status run_growth(work *w, const growth *g) {
 
 // ---- compression over the size of the codebook
 
-static const vt_bench_column codebook_columns[] = {{"codewords", "", VT_NEITHER_BETTER, 0, 0},
-                                                   {"seconds", "s", VT_LESS_BETTER, 0.2, 0.02},
-                                                   {"training", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                   {"encoding", "s", VT_LESS_BETTER, 0.25, 0.02},
-                                                   {"peak", "bytes", VT_LESS_BETTER, 0.05, 1e5},
-                                                   {"packed", "bytes", VT_LESS_BETTER, 0.02, 0},
-                                                   {"colour PSNR", "dB", VT_MORE_BETTER, 0, 0.05},
-                                                   {"alpha RMSE", "", VT_LESS_BETTER, 0.02, 0}};
+static const vt_bench_column codebook_columns[] = {
+    {"codewords", "", VT_NEITHER_BETTER, 0, 0},     {"seconds", "s", VT_LESS_BETTER, 0.2, 0.02},
+    {"training", "s", VT_LESS_BETTER, 0.25, 0.02},  {"encoding", "s", VT_LESS_BETTER, 0.25, 0.02},
+    {"peak", "bytes", VT_LESS_BETTER, 0.05, 1e5},   {"packed", "bytes", VT_LESS_BETTER, 0.02, 0},
+    {"colour PSNR", "dB", VT_MORE_BETTER, 0, 0.05}, {"alpha RMSE", "", VT_LESS_BETTER, 0.02, 0}};
 
 typedef struct codebook_job {
   work *w;
@@ -236,7 +242,8 @@ static vt_status run_codebooks(work *w, const vt_tree *raw) {
   double x[MOST], y[3][MOST];
   vt_status status = vt_time_in_turn(w->bench, count, repetitions(w), compress_one, &job, seconds);
   if (status) return status;
-  vt_bench_table *table = vt_add_table(w->bench, "codebooks", "Larger codebooks, of alpha and of colour alike", codebook_columns, 8);
+  vt_bench_table *table =
+      vt_add_table(w->bench, "codebooks", "Larger codebooks, of alpha and of colour alike", codebook_columns, 8);
   for (int i = 0; i < count; i++) {
     const vt_compress_report *r = &job.reports[i];
     char label[32];
@@ -245,13 +252,15 @@ static vt_status run_codebooks(work *w, const vt_tree *raw) {
     vt_add_row(table, label);
     vt_put_value(table, x[i]);
     vt_put_spread(table, seconds[i]);
-    const double rest[] = {r->seconds_training, r->seconds_encoding, job.peak[i], (double)r->packed_bytes, r->colour_psnr, r->alpha_rmse};
+    const double rest[] = {r->seconds_training,     r->seconds_encoding, job.peak[i],
+                           (double)r->packed_bytes, r->colour_psnr,      r->alpha_rmse};
     for (int c = 0; c < 6; c++) vt_put_value(table, rest[c]);
   }
   put_exponent(w, "compression: seconds over codewords", x, y[0], count);
   put_exponent(w, "compression: training over codewords", x, y[1], count);
   put_exponent(w, "compression: encoding over codewords", x, y[2], count);
-  vt_add_plot(w->bench, table, &(vt_plot){"codebooks", "Seconds over codewords", "codewords", "seconds", true, true, false});
+  vt_add_plot(w->bench, table,
+              &(vt_plot){"codebooks", "Seconds over codewords", "codewords", "seconds", true, true, false});
   return VT_OK;
 }
 
@@ -323,7 +332,8 @@ static vt_status run_forests(work *w, const vt_tree *raw) {
   }
   vt_free_forest(w->context, &job.forest);
   if (status) return status;
-  vt_add_plot(w->bench, table, &(vt_plot){"trees", "Seconds a frame over trees", "trees", "seconds a frame", true, true, true});
+  vt_add_plot(w->bench, table,
+              &(vt_plot){"trees", "Seconds a frame over trees", "trees", "seconds a frame", true, true, true});
   return VT_OK;
 }
 
@@ -371,7 +381,8 @@ static vt_status run_threads(work *w, thread_job *job) {
     status = vt_time_in_turn(w->bench, COUNT, vt_is_quick(w->bench) ? 1 : 3, run_with_threads, job, seconds[stage]);
   }
   if (status) return status;
-  vt_bench_table *table = vt_add_table(w->bench, "threads", "More threads; the machine's cores are named in the report's head", thread_columns, 5);
+  vt_bench_table *table = vt_add_table(
+      w->bench, "threads", "More threads; the machine's cores are named in the report's head", thread_columns, 5);
   for (int i = 0; i < COUNT; i++) {
     char label[32];
     snprintf(label, sizeof label, "threads %d", i + 1);
@@ -408,7 +419,8 @@ static vt_status run(vt_bench *bench) {
   int times = repetitions(&w), runs = quick ? 4 : 7;
   for (int i = 0; i < GROWTH_COUNT; i++) runs += quick ? growths[i].quick_count : growths[i].count;
   w.total = times * runs + 6 * (quick ? 5 : 6) + (quick ? 1 : 3) * 8;
-  w.exponents = vt_add_table(bench, "exponents", "y grows as x to this power, everything else unchanged", exponent_columns, 3);
+  w.exponents =
+      vt_add_table(bench, "exponents", "y grows as x to this power, everything else unchanged", exponent_columns, 3);
   vt_status status = VT_OK;
   for (int i = 0; i < GROWTH_COUNT && !status; i++) status = run_growth(&w, &growths[i]);
   return status ? status : run_on_one_tree(&w);

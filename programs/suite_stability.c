@@ -78,11 +78,11 @@ static vt_status damage(work *w, vt_damage_desc desc, vt_views *views) {
   return status;
 }
 
-#define DAMAGE(name, field)                                                                                            \
-  static vt_status name(work *w, double amount, vt_views *views) {                                                     \
-    vt_damage_desc desc = vt_default_damage_desc();                                                                    \
-    desc.field = amount;                                                                                               \
-    return damage(w, desc, views);                                                                                     \
+#define DAMAGE(name, field)                                                                                                \
+  static vt_status name(work *w, double amount, vt_views *views) {                                                         \
+    vt_damage_desc desc = vt_default_damage_desc();                                                                        \
+    desc.field = amount;                                                                                                   \
+    return damage(w, desc, views);                                                                                         \
   }
 DAMAGE(add_matte_noise, matte_noise)
 DAMAGE(add_sensor_noise, noise)
@@ -104,20 +104,62 @@ static vt_status reorder(work *w, double amount, vt_views *views) {
   return VT_OK;
 }
 
-static const sweep sweeps[] = {
-    {"scale", "World units: all cameras scaled; nothing may change", "factor", scale_world,
-     {1, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6}, 7, 7, true},
-    {"shift", "World's origin: all cameras shifted, in heights of the tree; nothing may change", "heights", shift_world,
-     {0, 1, 1e2, 1e4, 1e5, 1e6}, 6, 6, true},
-    {"order", "Photographs in another order: 1 backwards, 2 and more shuffled", "order", reorder, {0, 1, 2, 3, 4}, 5, 3, false},
-    {"matte_noise", "Noise of mattes, deviation of alpha 0..1", "deviation", add_matte_noise,
-     {0, 0.01, 0.02, 0.05, 0.1, 0.2}, 6, 4, false},
-    {"sensor_noise", "Noise of the sensor at mid grey, deviation 0..1", "deviation", add_sensor_noise,
-     {0, 0.01, 0.02, 0.05, 0.1, 0.2}, 6, 4, false},
-    {"pose", "Each camera turned about its centre by a normally distributed angle", "degrees", turn_cameras,
-     {0, 0.05, 0.1, 0.2, 0.5, 1}, 6, 5, false},
-    {"focal", "A common error of the focal length", "share", change_focal_length,
-     {0, 0.002, 0.005, 0.01, 0.02, 0.05}, 6, 5, false}};
+static const sweep sweeps[] = {{"scale",
+                                "World units: all cameras scaled; nothing may change",
+                                "factor",
+                                scale_world,
+                                {1, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6},
+                                7,
+                                7,
+                                true},
+                               {"shift",
+                                "World's origin: all cameras shifted, in heights of the tree; nothing may change",
+                                "heights",
+                                shift_world,
+                                {0, 1, 1e2, 1e4, 1e5, 1e6},
+                                6,
+                                6,
+                                true},
+                               {"order",
+                                "Photographs in another order: 1 backwards, 2 and more shuffled",
+                                "order",
+                                reorder,
+                                {0, 1, 2, 3, 4},
+                                5,
+                                3,
+                                false},
+                               {"matte_noise",
+                                "Noise of mattes, deviation of alpha 0..1",
+                                "deviation",
+                                add_matte_noise,
+                                {0, 0.01, 0.02, 0.05, 0.1, 0.2},
+                                6,
+                                4,
+                                false},
+                               {"sensor_noise",
+                                "Noise of the sensor at mid grey, deviation 0..1",
+                                "deviation",
+                                add_sensor_noise,
+                                {0, 0.01, 0.02, 0.05, 0.1, 0.2},
+                                6,
+                                4,
+                                false},
+                               {"pose",
+                                "Each camera turned about its centre by a normally distributed angle",
+                                "degrees",
+                                turn_cameras,
+                                {0, 0.05, 0.1, 0.2, 0.5, 1},
+                                6,
+                                5,
+                                false},
+                               {"focal",
+                                "A common error of the focal length",
+                                "share",
+                                change_focal_length,
+                                {0, 0.002, 0.005, 0.01, 0.02, 0.05},
+                                6,
+                                5,
+                                false}};
 #define SWEEP_COUNT ((int)(sizeof sweeps / sizeof *sweeps))
 
 // ---- one amount
@@ -247,8 +289,8 @@ static const vt_bench_column thread_columns[] = {{"threads", "", VT_NEITHER_BETT
                                                  {"same picture", "", VT_MORE_BETTER, 0, 0}};
 
 static vt_status run_threads(work *w) {
-  vt_bench_table *table = vt_add_table(w->bench, "threads", "Threads: 1 where every bit is that of one thread",
-                                       thread_columns, 4);
+  vt_bench_table *table =
+      vt_add_table(w->bench, "threads", "Threads: 1 where every bit is that of one thread", thread_columns, 4);
   uint64_t first[3] = {0};
   vt_status status = VT_OK;
   for (int threads = 1; threads <= 3 && !status; threads++) {
@@ -313,10 +355,12 @@ static vt_status make_cluster(vt_context *context, phantom_scene *p, double span
   vt_status status = out->items ? VT_OK : VT_OUT_OF_MEMORY;
   for (int i = 0; i < PLACES && !status; i++) {
     int place = pairs ? i / 2 * 2 : i;
-    status = add_phantom_view(context, p, VT_TRAIN, span * ((place + 0.5) / PLACES - 0.5), fmin(span, 90) / 3 * sin(2.4 * place));
+    status = add_phantom_view(context, p, VT_TRAIN, span * ((place + 0.5) / PLACES - 0.5),
+                              fmin(span, 90) / 3 * sin(2.4 * place));
   }
   for (int i = 0; i < JUDGES && !status; i++)
-    status = add_phantom_view(context, p, VT_TEST, span * ((i + 0.6) / JUDGES - 0.5), fmin(span, 90) / 4 * sin(1.7 * i + 0.5));
+    status =
+        add_phantom_view(context, p, VT_TEST, span * ((i + 0.6) / JUDGES - 0.5), fmin(span, 90) / 4 * sin(1.7 * i + 0.5));
   for (int i = 0; i < JUDGES && !status; i++)
     status = add_phantom_view(context, p, VT_TEST, 360.0 * (i + 0.1) / JUDGES, 15);
   return status;
@@ -341,7 +385,12 @@ static vt_status measure_cluster(work *w, phantom_scene *p, double span, bool pa
   if (!status) status = vt_judge_tree(context, &tree, &(vt_views){JUDGES, views.items + PLACES}, &near);
   if (!status) status = vt_judge_tree(context, &tree, &(vt_views){JUDGES, views.items + PLACES + JUDGES}, &around);
   if (!status) {
-    const double values[] = {span, near.alpha_flat, near.alpha_textured, near.psnr, around.alpha_flat, around.alpha_textured,
+    const double values[] = {span,
+                             near.alpha_flat,
+                             near.alpha_textured,
+                             near.psnr,
+                             around.alpha_flat,
+                             around.alpha_textured,
                              tree.octree.levels[report.leaf_level].cell_count};
     memcpy(row, values, sizeof values);
   }
@@ -383,8 +432,10 @@ static vt_status run_clusters(work *w) {
 static vt_status run_saturation(work *w) {
   static const double peaks[] = {2, 4, 16, 64, 256, 1024};
   vt_status status = VT_OK;
-  vt_bench_table *table = vt_add_table(w->bench, "saturation", "A phantom made denser: peak extinction per unit length, and the rays that say no more than \"opaque\"",
-                                       columns, COLUMN_COUNT);
+  vt_bench_table *table =
+      vt_add_table(w->bench, "saturation",
+                   "A phantom made denser: peak extinction per unit length, and the rays that say no more than \"opaque\"",
+                   columns, COLUMN_COUNT);
   for (int i = 0; i < 6 && !status; i++) {
     vt_synthetic_desc desc;
     vt_captured scene = {0};
@@ -404,8 +455,9 @@ static vt_status run_saturation(work *w) {
     step(w);
   }
   if (!status)
-    vt_add_plot(w->bench, table, &(vt_plot){"saturation", "Error over the share of saturated rays", "saturated rays",
-                                            "alpha RMSE, textured", false, false, false});
+    vt_add_plot(w->bench, table,
+                &(vt_plot){"saturation", "Error over the share of saturated rays", "saturated rays", "alpha RMSE, textured",
+                           false, false, false});
   return status;
 }
 
@@ -427,7 +479,7 @@ static vt_status take_scene(work *w) {
 
 static vt_status run(vt_bench *bench) {
   work w = {.bench = bench, .context = vt_session_of(bench)->context};
-  w.desc = vt_default_reconstruct_desc(VT_METHOD_BEST, vt_is_quick(bench) ? VT_PRESET_DRAFT : VT_PRESET_NORMAL);
+  w.desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
   w.total = 3 + (vt_is_quick(bench) ? 7 : 11) + 6;
   for (int i = 0; i < SWEEP_COUNT; i++) w.total += vt_is_quick(bench) ? sweeps[i].quick_count : sweeps[i].count;
   vt_status status = take_scene(&w);

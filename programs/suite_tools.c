@@ -39,8 +39,9 @@ vt_status vt_copy_views(vt_context *context, const vt_views *views, vt_views *ou
     const vt_view *from = &views->items[i];
     vt_view *to = &out->items[out->count++];
     *to = (vt_view){.name = vt_strdup(context, from->name), .role = from->role, .camera = from->camera};
-    status = to->name ? vt_make_image(context, from->picture.width, from->picture.height, from->picture.channels, &to->picture)
-                      : VT_OUT_OF_MEMORY;
+    status = to->name
+                 ? vt_make_image(context, from->picture.width, from->picture.height, from->picture.channels, &to->picture)
+                 : VT_OUT_OF_MEMORY;
     if (!status)
       memcpy(to->picture.pixels, from->picture.pixels,
              (size_t)from->picture.width * (size_t)from->picture.height * (size_t)from->picture.channels);
@@ -126,9 +127,7 @@ double vt_whole_rms(const vt_difference *d) {
   return d->whole_count ? 255 * sqrt(d->whole_sum / (double)d->whole_count) : NAN;
 }
 
-double vt_tree_rms(const vt_difference *d) {
-  return d->tree_count ? 255 * sqrt(d->tree_sum / (double)d->tree_count) : NAN;
-}
+double vt_tree_rms(const vt_difference *d) { return d->tree_count ? 255 * sqrt(d->tree_sum / (double)d->tree_count) : NAN; }
 
 double vt_whole_psnr(const vt_difference *d) {
   return d->whole_sum > 0 ? -10 * log10(d->whole_sum / (double)d->whole_count) : 99;
