@@ -61,6 +61,10 @@ static double judge(const vt_json *column, double factor, vt_spread old, vt_spre
   double change = new.median - old.median;
   if (!(fabs(change) > noise)) return 0;
   if (old.low <= new.high && new.low <= old.high) return 0; // the ranges overlap
+  if (!strcmp(better, "one")) { // nearer to 1; noise holds for the distance too
+    double farther = fabs(new.median - 1) - fabs(old.median - 1);
+    return fabs(farther) > noise ? farther : 0;
+  }
   return !strcmp(better, "less") ? change : -change;
 }
 

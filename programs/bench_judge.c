@@ -123,6 +123,8 @@ typedef struct metric {
 static const metric metrics[] = {{{"PSNR", "dB", VT_MORE_BETTER, 0, 0.1}, METRIC(psnr)},
                                  {{"foreground PSNR", "dB", VT_MORE_BETTER, 0, 0.1}, METRIC(psnr_foreground)},
                                  {{"SSIM", "", VT_MORE_BETTER, 0, 0.003}, METRIC(ssim)},
+                                 {{"delta E", "", VT_LESS_BETTER, 0.01, 0.1}, METRIC(delta_e)},
+                                 {{"sharpness", "", VT_ONE_BETTER, 0, 0.02}, METRIC(sharpness)},
                                  {{"alpha RMSE", "", VT_LESS_BETTER, 0.01, 0.0005}, METRIC(alpha_rmse)}};
 #define METRIC_COUNT ((int)(sizeof metrics / sizeof *metrics))
 

@@ -97,7 +97,8 @@ static void put_machine(vt_json_writer *json, const vt_machine *machine) {
 // ---- JSON
 
 static const char *better_word(vt_better better) {
-  return better == VT_LESS_BETTER ? "less" : better == VT_MORE_BETTER ? "more" : "neither";
+  static const char *const words[] = {"neither", "less", "more", "one"};
+  return words[better];
 }
 
 static void put_numbers(vt_json_writer *json, const char *key, const vt_bench_row *row, int count, int which) {

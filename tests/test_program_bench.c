@@ -178,7 +178,7 @@ static void a_blurred_tree_is_found(void **state) {
   assert_code(run(QUICK "--json blur.json --sabotage blur"), 0);
   outcome *o = run("bench --compare old.json blur.json");
   assert_code(o, 7);
-  assert_says(o->out, "worse    tree_96: voltree/draft, SSIM");
+  assert_says(o->out, "worse    tree_96: voltree/draft, sharpness");
 }
 
 static void a_slowed_stage_is_found(void **state) {
