@@ -101,13 +101,15 @@ static void stop(pid_t pid, int *wait_status) {
   kill(-pid, SIGKILL); // what the program started and left behind
 }
 
-// Reads until the program closes its output, its time is over, or the run is cancelled.
-static vt_status listen_to(vt_context *context, int output, double end, FILE *log, vt_line_function hear, void *user) {
+// Reads until the program and what it started close their output, their time is over, or the run is cancelled.
+static vt_status listen_to(vt_context *context, int output, double end, FILE *log, vt_line_function hear, void *user,
+                           bool *late) {
   line_buffer buffer;
   buffer.length = 0;
   for (;;) {
     if (vt_cancelled(context)) return VT_CANCELLED;
-    if (vt_seconds() > end) break;
+    *late = vt_seconds() > end;
+    if (*late) break;
     struct pollfd waiting = {output, POLLIN, 0};
     int ready = poll(&waiting, 1, LOOK_EVERY);
     if (ready < 0 && errno != EINTR) break;
@@ -151,8 +153,8 @@ vt_status vt_run_program_within(vt_context *context, char *const arguments[], do
   vt_free(context, environment);
   if (error == ENOENT || error == ENOTDIR) return VT_MISSING_PROGRAM;
   if (error) return vt_fail(context, VT_FAILED, "%s: could not be started: %s", arguments[0], strerror(error));
-  vt_status status = listen_to(context, output, end, log, hear, user);
-  if (status == VT_OK) status = wait_for(context, pid, end, &wait_status, &late);
+  vt_status status = listen_to(context, output, end, log, hear, user, &late);
+  if (status == VT_OK && !late) status = wait_for(context, pid, end, &wait_status, &late);
   close(output);
   if (status != VT_OK) {
     stop(pid, &wait_status);

@@ -61,7 +61,7 @@ vt_status check_spec(vt_context *context, const char *path, const ImageInput &in
                    "reduce it",
                    path, spec.width, spec.height, spec.nchannels);
   if (!strcmp(input.format_name(), "openexr") && (spec.x != spec.full_x || spec.y != spec.full_y ||
-                                                   spec.width != spec.full_width || spec.height != spec.full_height))
+                                                  spec.width != spec.full_width || spec.height != spec.full_height))
     return vt_fail(context, VT_BAD_INPUT, "%s: holds a part of its picture only (data window); save the whole picture",
                    path);
   return VT_OK;
@@ -101,14 +101,15 @@ vt_status open_bytes(vt_context *context, const uint8_t *bytes, size_t size, con
     const char *magic, *format;
     size_t at, length;
   } kinds[] = {{"\x89PNG", "png", 0, 4}, {"\xff\xd8\xff", "jpeg", 0, 3}, {"WEBP", "webp", 8, 4},
-               {"II*\0", "tiff", 0, 4},  {"MM\0*", "tiff", 0, 4},         {"BM", "bmp", 0, 2}};
+               {"II*\0", "tiff", 0, 4},  {"MM\0*", "tiff", 0, 4},        {"BM", "bmp", 0, 2}};
   set_threads();
   const char *format = nullptr;
   for (const auto &kind : kinds)
     if (!format && size >= kind.at + kind.length && !memcmp(bytes + kind.at, kind.magic, kind.length))
       format = kind.format;
   if (!format)
-    return vt_fail(context, VT_BAD_INPUT, "%s: holds no PNG, JPEG, WebP, TIFF, BMP or PAM picture; write it again", name);
+    return vt_fail(context, VT_BAD_INPUT, "%s: holds no PNG, JPEG, WebP, TIFF, BMP or PAM picture; write it again",
+                   name);
   if (vt_are_cut_png_bytes(bytes, size)) return fail_damaged(context, name, "it ends too early");
   ImageSpec hints, spec;
   hints.attribute("oiio:UnassociatedAlpha", 1);

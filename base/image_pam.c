@@ -66,7 +66,8 @@ bool vt_is_pam(const uint8_t *bytes, size_t size) {
 }
 
 // Finds header and samples good.
-static vt_status check_pam(vt_context *context, const uint8_t *bytes, size_t size, const char *name, pam_header *header) {
+static vt_status check_pam(vt_context *context, const uint8_t *bytes, size_t size, const char *name,
+                           pam_header *header) {
   if (!parse_header(bytes, size, header))
     return vt_fail(context, VT_BAD_INPUT,
                    "%s: not a PAM picture of at most 65535 pixels a side and 4 channels; write it again", name);

@@ -21,9 +21,9 @@
 #include "datasets-synthetic/hang.h"
 #include "datasets-synthetic/whorls.h"
 
-enum { TURN_LIMIT = 400, NODE_LIMIT = 60000, CHILD_LIMIT = 3, CLUMP_LIMIT = 96, GRID_AXIS = 32 };
+enum { TURN_LIMIT = 400, NODE_LIMIT = 60000, CHILD_LIMIT = 3, CLUMP_LIMIT = 96, GRID_AXIS = 16 };
 
-static const double grid_edge = 0.1, grid_corner[3] = {-1.6, -1.6, -0.4}; // world units
+static const double grid_edge = 0.2, grid_corner[3] = {-1.6, -1.6, -0.4}; // world units
 
 typedef struct envelope {   // what a seed decides about the shape of the whole
   const vt_crown *crown;

@@ -82,10 +82,10 @@ static void paint_blade_texel(const leaf_brush *b, double u, double v, float rat
   double y = fabs(u - 0.5) * b->across, half = vt_outline_at(s, v), widest = 0.5 * b->across;
   double rib = bump(y, widest * (0.07 - 0.045 * v)), along = (v - s->vein_rise * y) * s->vein_count;
   double from_vein = (along - floor(along + 0.5)) / s->vein_count; // midrib units to the nearest side vein
-  double fade = fmax(0, 1 - y / (half + 1e-6)), vein = bump(from_vein, 0.013) * (0.35 + 0.4 * fade) * (y > 0.01);
+  double fade = fmax(0, 1 - y / (half + 1e-6)), vein = bump(from_vein, 0.013) * (0.35 + 0.4 * fade) * (y > 0.06 * widest);
   double rim = half > 0 ? bump(fmax(half - y, 0), 0.14 * widest) : 0;
   double tone = 1 + 0.1 * noise_at(&b->coarse, u, v) + 0.06 * noise_at(&b->fine, u, v) - 0.12 * rim;
-  double pale = fmax(0.75 * rib, vein);
+  double pale = fmax(rib, vein);
   ratio[0] = (float)(tone * (1 + 0.75 * pale)), ratio[1] = (float)(tone * (1 + 0.45 * pale)),
   ratio[2] = (float)(tone * (1 + 0.7 * pale));
   *used = y <= half;
@@ -142,11 +142,12 @@ typedef struct bark_brush {
 static double wrap(double v) { return v - floor(v + 0.5); } // -0.5..0.5
 
 static double fissured(const bark_brush *b, double u, double v, double tint[3]) {
-  double bent = u + 0.05 * noise_at(&b->fine, u, v), ridge = noise_at(&b->middle, bent, v);
-  double crack = bump(ridge, 0.16), tone = 1.1 + 0.35 * ridge + 0.22 * noise_at(&b->fine, u, v);
+  double bent = u + 0.016 * noise_at(&b->fine, u, v) + 0.03 * noise_at(&b->broad, u, v);
+  double ridge = noise_at(&b->middle, bent, v), tone = 1.1 + 0.3 * fabs(ridge) + 0.2 * noise_at(&b->fine, u, v);
+  double crack = bump(ridge, 0.24);
   double moss = fmax(0, noise_at(&b->broad, u, v)) * 0.2; // a breath of green on the ridges
   tint[0] = 1 - 0.5 * moss, tint[2] = 1 - 0.7 * moss;
-  return tone * (1 - 0.68 * crack);
+  return tone * (1 - 0.78 * crack);
 }
 
 // Distance to the border between the two nearest plates, and the nearer one's tone.
@@ -181,7 +182,7 @@ static double birch_marks(const bark_brush *b, double u, double v, double tint[3
 }
 
 static void draw_bark(bark_brush *b, vt_rng *rng) {
-  static const int lattice[3][6] = {{4, 2, 13, 4, 40, 24}, {3, 3, 9, 7, 36, 36}, {3, 22, 6, 44, 16, 40}};
+  static const int lattice[3][6] = {{4, 6, 16, 3, 40, 20}, {3, 3, 9, 7, 36, 36}, {3, 22, 6, 44, 16, 40}};
   const int *n = lattice[b->pattern];
   draw_noise(&b->broad, n[0], n[1], rng);
   draw_noise(&b->middle, n[2], n[3], rng);

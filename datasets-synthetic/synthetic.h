@@ -117,7 +117,7 @@ vt_status vt_damage_views(vt_context *, const vt_damage_desc *, vt_views *);
 
 typedef struct vt_material {
   char name[64];
-  float albedo[3];       // linear light 0..1, times the vertex' own and the texture's
+  float albedo[3];       // times the vertex' own and the texture's, linear light; above 1 where it makes up for a dark texture
   float translucency[3]; // light let through, as a share of light reflected, each channel; thin materials only
   float specular;        // reflectance at normal incidence, 0..1
   float roughness;       // 0 (mirror)..1

@@ -176,7 +176,7 @@ vt_number_style vt_style_of_column(const vt_bench_table *table, int column) {
     whole &= value == floor(value);
   }
   if (whole || high == 0) return style;
-  bool time = !strcmp(unit, "s") || !strcmp(unit, "ms");
+  bool time = !strcmp(unit, "s") || !strcmp(unit, "ms") || !strcmp(unit, "CPU s");
   if (low < high / 100 || high < 1e-4 || time) {
     style.decimals = time ? -3 : -4;
     return style;
@@ -201,8 +201,9 @@ const char *vt_show_number(vt_number_style style, double value, char text[40]) {
 }
 
 const char *vt_column_title(const vt_bench_column *column, char text[120]) {
-  if (*column->unit && strcmp(column->unit, "bytes"))
-    snprintf(text, 120, "%s (%s)", column->name, column->unit);
+  const char *unit = strncmp(column->name, "CPU", 3) || strcmp(column->unit, "CPU s") ? column->unit : "s"; // CPU said once
+  if (*unit && strcmp(unit, "bytes"))
+    snprintf(text, 120, "%s (%s)", column->name, unit);
   else
     snprintf(text, 120, "%s", column->name);
   return text;
@@ -266,6 +267,8 @@ vt_status vt_begin_bench(vt_session *session, const char *suite, vt_bench **out)
   bench->quick = vt_given(&session->arguments, "quick");
   snprintf(bench->suite, sizeof bench->suite, "%s", suite);
   vt_hold_progress(bench->context, bench->suite);
+  if (!vt_read_machine_time(&bench->machine_had, &bench->machine_used)) bench->machine_had = NAN;
+  bench->own_cpu = vt_cpu_seconds();
   *out = bench;
   return VT_OK;
 }

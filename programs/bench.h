@@ -28,7 +28,7 @@ typedef struct vt_bench_table vt_bench_table;
 vt_bench_table *vt_add_table(vt_bench *, const char *name, const char *caption, const vt_bench_column *columns,
                              int column_count); // columns: copied
 void vt_add_row(vt_bench_table *, const char *label);        // labels of a table differ
-void vt_set_row_noise(vt_bench_table *, double factor);      // of the last row: so many times the columns' noise
+void vt_set_row_noise(vt_bench_table *, double factor);      // of the last row: so many times the columns'; > 1 where the clock decides
 void vt_put_value(vt_bench_table *, double value);           // the next cell of the last row; NAN: empty
 void vt_put_spread(vt_bench_table *, vt_spread);             // the same, with how far it was spread
 // A curve for each series (rows whose labels agree up to their first '/') if by_series, else one of all rows, in their order,

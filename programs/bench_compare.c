@@ -3,7 +3,8 @@
 //
 // A difference counts only if it is more than what repetitions scatter by. Within `noise_share` of the old value or within `noise`
 // nothing is said; where there are ranges, they must also be apart. A time that was taken only once may have been disturbed by
-// anything, so it is allowed twice as much. Rows are found by their label, columns
+// anything, so it is allowed twice as much. Where other programs had a share in the machine, wall time, and what rows of widened
+// noise reached within a time budget, is told but does not count; processor time (unit "CPU s") does. Rows are found by their label, columns
 // by their name, so that a report of an older version can be compared as far as it goes.
 #include "programs/bench_data.h"
 
@@ -13,15 +14,13 @@
 #include <string.h>
 
 typedef struct verdicts {
-  int worse, better, same, missing;
+  int worse, better, same, missing, excused;
+  bool busy; // one of the machines was, so wall time is no measure
 } verdicts;
 
-static const vt_json *find_named(const vt_json *array, const char *key, const char *name, size_t *index) {
+static const vt_json *find_named(const vt_json *array, const char *key, const char *name) {
   for (size_t i = 0; i < vt_json_count(array); i++)
-    if (!strcmp(vt_json_string(vt_json_member(vt_json_item(array, i), key), ""), name)) {
-      if (index) *index = i;
-      return vt_json_item(array, i);
-    }
+    if (!strcmp(vt_json_string(vt_json_member(vt_json_item(array, i), key), ""), name)) return vt_json_item(array, i);
   return NULL;
 }
 
@@ -36,6 +35,19 @@ static vt_spread cell_of(const vt_json *row, size_t column) {
 static bool is_time(const vt_json *column) {
   const char *unit = vt_json_string(vt_json_member(column, "unit"), "");
   return !strcmp(unit, "s") || !strcmp(unit, "ms");
+}
+
+// Columns are the same where name and unit are: "reconstruct" may be wall time and processor time.
+static const vt_json *find_column(const vt_json *columns, const vt_json *like, size_t *index) {
+  const char *name = vt_json_string(vt_json_member(like, "name"), ""), *unit = vt_json_string(vt_json_member(like, "unit"), "");
+  for (size_t i = 0; i < vt_json_count(columns); i++) {
+    const vt_json *column = vt_json_item(columns, i);
+    if (strcmp(vt_json_string(vt_json_member(column, "name"), ""), name)) continue;
+    if (strcmp(vt_json_string(vt_json_member(column, "unit"), ""), unit)) continue;
+    *index = i;
+    return column;
+  }
+  return NULL;
 }
 
 // > 0: by how much the new one is worse than noise allows, < 0: better, 0: no change.
@@ -66,12 +78,15 @@ static void compare_cell(vt_session *session, const char *place, const vt_json *
     sum->same++;
     return;
   }
-  bool time = is_time(column);
+  bool time = is_time(column) || !strcmp(unit, "CPU s"), excused = verdict > 0 && sum->busy && (is_time(column) || factor > 1);
   const char *word = verdict > 0 ? (time ? "slower " : "worse  ")   : (time ? "faster " : "better ");
   vt_say(session, "%s  %s, %s: %.5g -> %.5g%s%s", word, place, name, old.median, new.median, *unit ? " " : "", unit);
   if (old.median != 0) vt_say(session, " (%+.1f %%)", 100 * (new.median - old.median) / fabs(old.median));
-  vt_say(session, "\n");
-  verdict > 0 ? sum->worse++ : sum->better++;
+  vt_say(session, "%s\n", excused ? ", on a busy machine: does not count" : "");
+  if (excused)
+    sum->excused++;
+  else
+    verdict > 0 ? sum->worse++ : sum->better++;
 }
 
 // ---- tables
@@ -84,7 +99,7 @@ static void compare_rows(vt_session *session, const char *table, const vt_json *
     const char *label = vt_json_string(vt_json_member(old_row, "label"), "");
     char place[400];
     snprintf(place, sizeof place, "%s: %s", table, label);
-    const vt_json *new_row = find_named(vt_json_member(new, "rows"), "label", label, NULL);
+    const vt_json *new_row = find_named(vt_json_member(new, "rows"), "label", label);
     if (!new_row) {
       vt_say(session, "missing  %s\n", place);
       sum->missing++;
@@ -94,7 +109,7 @@ static void compare_rows(vt_session *session, const char *table, const vt_json *
     for (size_t c = 0; c < vt_json_count(old_columns); c++) {
       const vt_json *column = vt_json_item(old_columns, c);
       size_t at;
-      if (find_named(new_columns, "name", vt_json_string(vt_json_member(column, "name"), ""), &at))
+      if (find_column(new_columns, column, &at))
         compare_cell(session, place, column, factor, cell_of(old_row, c), cell_of(new_row, at), sum);
     }
   }
@@ -105,7 +120,7 @@ static void compare_tables(vt_session *session, const vt_json *old, const vt_jso
   for (size_t t = 0; t < vt_json_count(tables); t++) {
     const vt_json *table = vt_json_item(tables, t);
     const char *name = vt_json_string(vt_json_member(table, "name"), "");
-    const vt_json *other = find_named(vt_json_member(new, "tables"), "name", name, NULL);
+    const vt_json *other = find_named(vt_json_member(new, "tables"), "name", name);
     if (other) {
       compare_rows(session, name, table, other, sum);
     } else {
@@ -117,7 +132,8 @@ static void compare_tables(vt_session *session, const vt_json *old, const vt_jso
 
 // ---- can they be compared?
 
-static vt_status check_alike(vt_session *session, const vt_json *old, const vt_json *new, const char *old_path, const char *new_path) {
+static vt_status check_alike(vt_session *session, const vt_json *old, const vt_json *new, const char *old_path,
+                             const char *new_path, bool *busy) {
   vt_context *context = session->context;
   const vt_json *both[] = {old, new};
   for (int i = 0; i < 2; i++)
@@ -136,6 +152,13 @@ static vt_status check_alike(vt_session *session, const vt_json *old, const vt_j
   double c = vt_json_number(vt_json_member(old, "threads"), 0), d = vt_json_number(vt_json_member(new, "threads"), 0);
   if (strcmp(a, b) || c != d)
     vt_say(session, "warning: other machines (%s with %.0f threads, %s with %.0f threads): times cannot be compared\n", a, c, b, d);
+  for (int i = 0; i < 2; i++) {
+    double others = vt_json_number(vt_json_member(vt_json_member(both[i], "machine"), "others_share"), 0);
+    if (!(others > VT_BUSY_SHARE)) continue;
+    *busy = true;
+    vt_say(session, "warning: %s: other programs took %.0f %% of the machine; wall times are told but do not count\n",
+           i ? new_path : old_path, 100 * others);
+  }
   return VT_OK;
 }
 
@@ -145,10 +168,12 @@ vt_status vt_compare_benches(vt_session *session, const char *old_path, const ch
   verdicts sum = {0};
   vt_status status = vt_read_json(context, old_path, &old);
   if (!status) status = vt_read_json(context, new_path, &new);
-  if (!status) status = check_alike(session, old, new, old_path, new_path);
+  if (!status) status = check_alike(session, old, new, old_path, new_path, &sum.busy);
   if (!status) {
     compare_tables(session, old, new, &sum);
-    vt_say(session, "%d worse, %d better, %d unchanged, %d missing\n", sum.worse, sum.better, sum.same, sum.missing);
+    vt_say(session, "%d worse, %d better, %d unchanged, %d missing", sum.worse, sum.better, sum.same, sum.missing);
+    if (sum.excused) vt_say(session, ", %d not counted", sum.excused);
+    vt_say(session, "\n");
     if (sum.worse)
       status = vt_fail(context, VT_BELOW_QUALITY, "%s: %d figures got worse than in %s beyond noise; they are listed above", new_path,
                        sum.worse, old_path);

@@ -40,6 +40,7 @@ struct vt_bench {
   char suite[40];
   char prefix[40]; // of the names of tables, where several suites share a report
   bool quick, failed;
+  double machine_had, machine_used, own_cpu; // at the beginning: seconds of processor time
   int item_count, item_capacity;
   vt_bench_item *items; // in the order in which they were added; owned
 };
@@ -65,8 +66,12 @@ typedef struct vt_machine {
   int cores;
   uint64_t memory_bytes;
   char processor[120], simd[80], system[160], date[40];
+  double others_share; // of the processor time of the whole machine that others took meanwhile; NAN where unknown
 } vt_machine;
-vt_machine vt_this_machine(void);
+#define VT_BUSY_SHARE 0.15 // beyond it, wall time is no measure of what was run
+vt_machine vt_this_machine(const vt_bench *);
+// Seconds of processor time that the machine had since it was started, and those of them that were used. False if unknown.
+bool vt_read_machine_time(double *had, double *used);
 
 // ---- bench_page.c: the page as text; *html is freed with vt_free
 vt_status vt_make_bench_page(vt_bench *, const vt_machine *, char **html, size_t *size);

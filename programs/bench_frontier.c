@@ -13,7 +13,7 @@
 #include <string.h>
 
 #define TIME_NOISE 0.3     // share; the repetitions' ranges must be apart as well
-#define CPU_NOISE 0.2      // processor time is disturbed less by what else runs
+#define CPU_NOISE 0.25     // processor time is disturbed less by what else runs
 #define BUDGET_NOISE 5.0   // times as much where a time budget decides how far a run comes
 #define MOST_COLUMNS (VT_MAX_METRIC_COLUMNS + 5)
 #define THUMBNAIL 240      // pixels of the longer side
@@ -32,7 +32,7 @@ static vt_spread once(double value) { return (vt_spread){value, value, value}; }
 static int list_columns(vt_bench_column out[MOST_COLUMNS]) {
   int count = 0;
   out[count++] = (vt_bench_column){"time", "s", VT_LESS_BETTER, TIME_NOISE, 0.02};
-  out[count++] = (vt_bench_column){"CPU time", "s", VT_LESS_BETTER, CPU_NOISE, 0.03};
+  out[count++] = (vt_bench_column){"CPU time", "CPU s", VT_LESS_BETTER, CPU_NOISE, 0.03};
   count += vt_metric_columns(out + count);
   out[count++] = (vt_bench_column){"textures", "bytes", VT_LESS_BETTER, 0.01, 0};
   out[count++] = (vt_bench_column){"file", "bytes", VT_LESS_BETTER, 0.01, 0};
@@ -64,9 +64,9 @@ static void put_run(vt_bench_table *table, const vt_frontier_run *run, bool pack
   vt_put_spread(table, spread_of(run->seconds[packed ? VT_RUN_TOTAL : VT_RUN_RECONSTRUCT], run->repetitions));
   vt_put_spread(table, spread_of(run->seconds[packed ? VT_RUN_TOTAL_CPU : VT_RUN_RECONSTRUCT_CPU], run->repetitions));
   vt_put_metrics(table, packed ? run->packed : run->raw, run->repetitions);
-  vt_put_value(table, (double)(packed ? run->packed_bytes : run->raw_bytes));
-  vt_put_value(table, (double)(packed ? run->packed_file : run->raw_file));
-  if (packed) vt_put_value(table, (double)run->peak_bytes);
+  vt_put_spread(table, spread_of(run->textures[packed], run->repetitions));
+  vt_put_spread(table, spread_of(run->file[packed], run->repetitions));
+  if (packed) vt_put_spread(table, spread_of(run->peak_bytes, run->repetitions));
 }
 
 static void put_unpacked(vt_frontier *f) {
@@ -84,12 +84,12 @@ static const char *predictor_label(vt_predictor predictor) {
   return predictor == VT_PREDICT_NEAREST ? "nearest photograph" : "visual hull";
 }
 
-static void put_row(vt_bench_table *table, const char *label, vt_spread seconds, const vt_metrics *metrics) {
+// What has neither processor time of ours nor bytes; cells that are not put are empty.
+static void put_row(vt_bench_table *table, const char *label, vt_spread seconds, bool with_cpu, const vt_metrics *metrics) {
   vt_add_row(table, label);
   vt_put_spread(table, seconds);
-  vt_put_value(table, NAN);
+  if (with_cpu) vt_put_value(table, NAN);
   vt_put_metrics(table, metrics, metrics ? 1 : 0);
-  for (int i = 0; i < 3; i++) vt_put_value(table, NAN);
 }
 
 // May its pictures stand beside ours over white?
@@ -114,7 +114,7 @@ static vt_status put_table(vt_frontier *f) {
   for (int i = 0; i < f->run_count; i++)
     if (f->runs[i].repetitions) put_run(table, &f->runs[i], true);
   for (int p = 0; p < VT_FRONTIER_PREDICTORS; p++)
-    put_row(table, predictor_label(f->predictors[p].predictor), f->predictors[p].seconds, &f->predictors[p].metrics);
+    put_row(table, predictor_label(f->predictors[p].predictor), f->predictors[p].seconds, true, &f->predictors[p].metrics);
   vt_status status = VT_OK;
   for (int i = 0; i < f->peer_run_count && !status; i++) {
     vt_frontier_peer *run = &f->peer_runs[i];
@@ -123,7 +123,7 @@ static vt_status put_table(vt_frontier *f) {
     if (*run->result.trouble) vt_add_sentence(f->bench, "%s: %s", f->name, run->result.trouble);
     if (run->result.drawn && !is_like_ours(f, &run->result)) continue; // in its own table
     if (run->result.drawn) status = vt_judge_pictures(f->context, &run->result.pictures, &f->judged, white, &metrics);
-    if (!status) put_row(table, label, once(run->result.seconds), run->result.drawn ? &metrics : NULL);
+    if (!status) put_row(table, label, once(run->result.seconds), true, run->result.drawn ? &metrics : NULL);
   }
   put_plots(f, table, true, true);
   return status;
@@ -133,11 +133,12 @@ static vt_status put_table(vt_frontier *f) {
 
 static void put_stages(vt_frontier *f) {
   static const char *const names[] = {"bounds", "hull", "rays", "opacity", "colour", "refinement", "tiles", "compress", "frame"};
-  enum { COLUMNS = 1 + (int)(sizeof names / sizeof *names) };
-  vt_bench_column columns[COLUMNS] = {{"reconstruct", "s", VT_LESS_BETTER, TIME_NOISE, 0.02}};
+  enum { COLUMNS = 2 + (int)(sizeof names / sizeof *names) };
+  vt_bench_column columns[COLUMNS] = {{"reconstruct", "s", VT_LESS_BETTER, TIME_NOISE, 0.02},
+                                      {"reconstruct", "CPU s", VT_LESS_BETTER, CPU_NOISE, 0.02}};
   char name[140], caption[200], label[100];
-  for (int i = 1; i < COLUMNS; i++)
-    columns[i] = (vt_bench_column){names[i - 1], "s", VT_LESS_BETTER, TIME_NOISE + 0.2, i == COLUMNS - 1 ? 0.01 : 0.05};
+  for (int i = 2; i < COLUMNS; i++)
+    columns[i] = (vt_bench_column){names[i - 2], "s", VT_LESS_BETTER, TIME_NOISE + 0.2, i == COLUMNS - 1 ? 0.01 : 0.05};
   snprintf(name, sizeof name, "%s_stages", f->name);
   snprintf(caption, sizeof caption, "%s: seconds of the stages, of packing, and of drawing one frame", f->name);
   vt_bench_table *table = vt_add_table(f->bench, name, caption, columns, COLUMNS);
@@ -147,8 +148,7 @@ static void put_stages(vt_frontier *f) {
     snprintf(label, sizeof label, "%s/%s", run->series, run->point);
     vt_add_row(table, label);
     if (run->budget > 0) vt_set_row_noise(table, BUDGET_NOISE);
-    vt_put_spread(table, spread_of(run->seconds[VT_RUN_RECONSTRUCT], run->repetitions));
-    for (int s = VT_RUN_BOUNDS; s <= VT_RUN_FRAME; s++)
+    for (int s = VT_RUN_RECONSTRUCT; s <= VT_RUN_FRAME; s++)
       vt_put_spread(table, spread_of(run->seconds[s], run->repetitions));
   }
 }
@@ -171,7 +171,8 @@ static vt_status put_peer_table(vt_frontier *f, const vt_frontier_peer *run) {
   const vt_peer_result *peer = &run->result;
   vt_bench_column columns[MOST_COLUMNS];
   char name[260], caption[500], label[140];
-  int count = list_columns(columns);
+  columns[0] = (vt_bench_column){"time", "s", VT_LESS_BETTER, TIME_NOISE, 0.02};
+  int count = 1 + vt_metric_columns(columns + 1);
   const float *background = peer->has_background ? peer->background : white;
   snprintf(name, sizeof name, "%s_beside_%.100s_%g", f->name, run->peer->name, run->budget);
   snprintf(caption, sizeof caption, "%s beside %.100s at %g s: the %d of %d views that it drew, over its background %g %g %g",
@@ -181,19 +182,19 @@ static vt_status put_peer_table(vt_frontier *f, const vt_frontier_peer *run) {
   vt_metrics metrics;
   peer_label(run, label);
   vt_status status = judge_alike(f, peer, &peer->pictures, &metrics);
-  if (!status) put_row(table, label, once(peer->seconds), &metrics);
+  if (!status) put_row(table, label, once(peer->seconds), false, &metrics);
   for (int i = 0; i < f->run_count && !status; i++) {
     const vt_frontier_run *ours = &f->runs[i];
     if (!ours->repetitions) continue;
     status = judge_alike(f, peer, &ours->pictures, &metrics);
     snprintf(label, sizeof label, "%s/%s", ours->series, ours->point);
-    if (!status) put_row(table, label, spread_of(ours->seconds[VT_RUN_TOTAL], ours->repetitions), &metrics);
+    if (!status) put_row(table, label, spread_of(ours->seconds[VT_RUN_TOTAL], ours->repetitions), false, &metrics);
     if (ours->budget > 0) vt_set_row_noise(table, BUDGET_NOISE);
   }
   for (int p = 0; p < VT_FRONTIER_PREDICTORS && !status; p++) {
     const vt_frontier_predictor *predictor = &f->predictors[p];
     status = judge_alike(f, peer, &predictor->pictures, &metrics);
-    if (!status) put_row(table, predictor_label(predictor->predictor), predictor->seconds, &metrics);
+    if (!status) put_row(table, predictor_label(predictor->predictor), predictor->seconds, false, &metrics);
   }
   if (!status) put_plots(f, table, false, false);
   return status;

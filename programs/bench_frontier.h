@@ -23,7 +23,8 @@ typedef struct vt_frontier_run {
   int repetitions;
   double seconds[VT_RUN_STAGE_COUNT][VT_MAX_REPETITIONS];
   vt_metrics raw[VT_MAX_REPETITIONS], packed[VT_MAX_REPETITIONS]; // [repetitions] before and after packing
-  uint64_t raw_bytes, packed_bytes, raw_file, packed_file, peak_bytes; // peak: beyond the photographs
+  double textures[2][VT_MAX_REPETITIONS], file[2][VT_MAX_REPETITIONS]; // bytes before [0] and after [1] packing
+  double peak_bytes[VT_MAX_REPETITIONS];                               // beyond the photographs
   int leaf_level;
   vt_pictures pictures; // packed; only the first has pixels where there are no peers; owned
 } vt_frontier_run;

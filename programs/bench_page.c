@@ -56,7 +56,9 @@ static void put_cell(FILE *page, vt_number_style style_of, vt_spread cell) {
 
 static void put_table(FILE *page, const vt_bench_table *table) {
   char title[120];
-  fprintf(page, "<h3 id=\"%s\">", table->name);
+  fputs("<h3 id=\"", page);
+  vt_put_html(page, table->name);
+  fputs("\">", page);
   vt_put_html(page, table->caption);
   fputs("</h3>\n<div class=\"scroll\"><table><thead><tr><th></th>", page);
   for (int c = 0; c < table->column_count; c++) {
@@ -113,6 +115,9 @@ static void put_head(FILE *page, const vt_bench *bench, const vt_machine *machin
                 "with the lowest and the highest below.</p>\n",
           machine->cores, machine->simd, vt_thread_count(bench->context), vt_show_bytes(machine->memory_bytes, memory), machine->system,
           VT_VERSION, machine->date);
+  if (machine->others_share > VT_BUSY_SHARE)
+    fprintf(page, "<p class=\"warning\">Other programs used %.0f %% of the machine while this was measured: times are too long.</p>\n",
+            100 * machine->others_share);
   if (vt_sabotage_of(bench) != VT_NO_SABOTAGE)
     fputs("<p class=\"warning\">This report was broken on purpose (--sabotage), to see whether a comparison finds it.</p>\n", page);
 }

@@ -9,6 +9,7 @@
 #include "base/image_file.h"
 #include "programs/report.h"
 
+#include <math.h>
 #include <string.h>
 #include <sys/utsname.h>
 #include <time.h>
@@ -42,8 +43,29 @@ static void list_simd(char *out, size_t size) {
 #endif
 }
 
-vt_machine vt_this_machine(void) {
-  vt_machine machine = {0};
+bool vt_read_machine_time(double *had, double *used) {
+  FILE *file = fopen("/proc/stat", "r");
+  double ticks[8] = {0}; // user, nice, system, idle, waiting, ...
+  bool known = file && fscanf(file, "cpu %lf %lf %lf %lf %lf %lf %lf %lf", &ticks[0], &ticks[1], &ticks[2], &ticks[3], &ticks[4],
+                              &ticks[5], &ticks[6], &ticks[7]) == 8;
+  if (file) fclose(file);
+  long rate = sysconf(_SC_CLK_TCK);
+  *had = *used = 0;
+  for (int i = 0; i < 8; i++) *had += ticks[i] / (double)(rate > 0 ? rate : 100);
+  *used = *had - (ticks[3] + ticks[4]) / (double)(rate > 0 ? rate : 100);
+  return known;
+}
+
+// Peers count as others; they run while nothing of ours is timed.
+static double find_others_share(const vt_bench *bench) {
+  double had, used;
+  if (!vt_read_machine_time(&had, &used) || !(had > bench->machine_had)) return NAN;
+  double others = used - bench->machine_used - (vt_cpu_seconds() - bench->own_cpu);
+  return fmax(others, 0) / (had - bench->machine_had);
+}
+
+vt_machine vt_this_machine(const vt_bench *bench) {
+  vt_machine machine = {.others_share = find_others_share(bench)};
   long cores = sysconf(_SC_NPROCESSORS_ONLN), pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
   machine.cores = cores > 0 ? (int)cores : 1;
   machine.memory_bytes = pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page : 0;
@@ -65,6 +87,7 @@ static void put_machine(vt_json_writer *json, const vt_machine *machine) {
   vt_json_put_string(json, "simd", machine->simd);
   vt_json_put_integer(json, "memory_bytes", (long long)machine->memory_bytes);
   vt_json_put_string(json, "system", machine->system);
+  vt_json_put_number(json, "others_share", machine->others_share);
 #ifdef __VERSION__
   vt_json_put_string(json, "compiler", __VERSION__);
 #endif
@@ -245,7 +268,7 @@ static vt_status write_folder(vt_bench *bench, const vt_machine *machine) {
 }
 
 vt_status vt_write_bench(vt_bench *bench) {
-  vt_machine machine = vt_this_machine();
+  vt_machine machine = vt_this_machine(bench);
   char *text = NULL;
   size_t size = 0;
   vt_status status = make_document(bench, &machine, &text, &size);

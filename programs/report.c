@@ -23,6 +23,8 @@ void vt_report_metrics(vt_json_writer *json, const vt_metrics *metrics) {
   vt_json_put_number(json, "psnr_foreground", metrics->psnr_foreground);
   vt_json_put_number(json, "ssim", metrics->ssim);
   vt_json_put_number(json, "alpha_rmse", metrics->alpha_rmse);
+  vt_json_put_number(json, "delta_e", metrics->delta_e);
+  vt_json_put_number(json, "sharpness", metrics->sharpness);
 }
 
 const char *vt_show_bytes(uint64_t bytes, char text[32]) {

@@ -20,7 +20,7 @@ vt_status vt_write_page(vt_session *, const char *html, size_t size);
 // <, >, & and quotes as HTML wants them.
 void vt_put_html(FILE *, const char *text);
 
-// Members psnr, psnr_foreground, ssim, alpha_rmse of the object that is open.
+// Members psnr, psnr_foreground, ssim, alpha_rmse, delta_e, sharpness of the object that is open.
 void vt_report_metrics(vt_json_writer *, const vt_metrics *);
 // 1234567 -> "1.23 MB"
 const char *vt_show_bytes(uint64_t bytes, char text[32]);

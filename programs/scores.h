@@ -12,7 +12,7 @@
 typedef struct vt_scores {
   int count;
   vt_metrics *of_view; // [count]; owned
-  vt_metrics mean;     // psnr_foreground over the views that have any
+  vt_metrics mean;     // what may be NAN over the views where it is not
   int level;
   double seconds_per_frame;
   char renderer[160];

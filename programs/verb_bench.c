@@ -16,6 +16,8 @@ static const vt_option options[] = {
     {"peer", 0, VT_OPTION_LIST, "NAME=EXECUTABLE", 0, 0, false,
      "a foreign program that the frontier measures too (bench/peers explains what it must do), may be given several times; "
      "also from the environment variable VOLTREE_PEERS, separated by commas"},
+    {"peer-seconds", 0, VT_OPTION_INTEGER, "N", 1, 86400, false,
+     "the time that a peer is told to take; default: once 45 and once 180 seconds, with --quick 5"},
     {"compare", 0, VT_OPTION_FLAG, "", 0, 0, false,
      "compare two reports of one suite, OLD.json and NEW.json, and exit 7 if anything got slower or worse beyond noise"},
     {"sabotage", 0, VT_OPTION_CHOICE, "solver|blur|slow", 0, 0, false,
