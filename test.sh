@@ -53,7 +53,8 @@ run_preset() { # adds to the sums; complains and counts a failure where the pres
   local preset=$1 start=$SECONDS configure=() choose=()
   case $preset in
   # The thread sanitizer knows nothing of how foreign libraries wait for each other, so they stay out.
-  tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF) choose=(-L threads) ;;
+  tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF -DVT_WITH_EMBREE=OFF)
+    choose=(-L threads) ;;
   dev-clang) choose=(-LE slow) ;;
   esac
   local log=build/$preset/build.log

@@ -6,6 +6,7 @@
 #include "base/child_process.h"
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -100,12 +101,15 @@ static void stop(pid_t pid, int *wait_status) {
   kill(-pid, SIGKILL); // what the program started and left behind
 }
 
-// Reads until the program closes its output or the run is cancelled.
-static vt_status listen_to(vt_context *context, int output, FILE *log, vt_line_function hear, void *user) {
+// Reads until the program and what it started close their output, their time is over, or the run is cancelled.
+static vt_status listen_to(vt_context *context, int output, double end, FILE *log, vt_line_function hear, void *user,
+                           bool *late) {
   line_buffer buffer;
   buffer.length = 0;
   for (;;) {
     if (vt_cancelled(context)) return VT_CANCELLED;
+    *late = vt_seconds() > end;
+    if (*late) break;
     struct pollfd waiting = {output, POLLIN, 0};
     int ready = poll(&waiting, 1, LOOK_EVERY);
     if (ready < 0 && errno != EINTR) break;
@@ -120,19 +124,28 @@ static vt_status listen_to(vt_context *context, int output, FILE *log, vt_line_f
   return VT_OK;
 }
 
-// Waits for the end of a program that has closed its output, or of the run.
-static vt_status wait_for(vt_context *context, pid_t pid, int *wait_status) {
+// Waits for the end of a program that has closed its output, of its time, or of the run.
+static vt_status wait_for(vt_context *context, pid_t pid, double end, int *wait_status, bool *late) {
   const struct timespec pause = {0, 2000000};
   for (;;) {
     pid_t ended = waitpid(pid, wait_status, WNOHANG);
     if (ended == pid || (ended < 0 && errno != EINTR)) return VT_OK;
     if (vt_cancelled(context)) return VT_CANCELLED;
+    *late = vt_seconds() > end;
+    if (*late) return VT_OK;
     nanosleep(&pause, NULL);
   }
 }
 
 vt_status vt_run_program(vt_context *context, char *const arguments[], FILE *log, vt_line_function hear, void *user,
                          int *exit_code) {
+  return vt_run_program_within(context, arguments, INFINITY, log, hear, user, exit_code);
+}
+
+vt_status vt_run_program_within(vt_context *context, char *const arguments[], double seconds, FILE *log,
+                                vt_line_function hear, void *user, int *exit_code) {
+  double end = vt_seconds() + seconds;
+  bool late = false;
   char **environment = offscreen_environment(context);
   if (!environment) return VT_OUT_OF_MEMORY;
   pid_t pid = 0;
@@ -140,13 +153,16 @@ vt_status vt_run_program(vt_context *context, char *const arguments[], FILE *log
   vt_free(context, environment);
   if (error == ENOENT || error == ENOTDIR) return VT_MISSING_PROGRAM;
   if (error) return vt_fail(context, VT_FAILED, "%s: could not be started: %s", arguments[0], strerror(error));
-  vt_status status = listen_to(context, output, log, hear, user);
-  if (status == VT_OK) status = wait_for(context, pid, &wait_status);
+  vt_status status = listen_to(context, output, end, log, hear, user, &late);
+  if (status == VT_OK && !late) status = wait_for(context, pid, end, &wait_status, &late);
   close(output);
   if (status != VT_OK) {
     stop(pid, &wait_status);
     return vt_fail(context, status, "%s: interrupted", arguments[0]);
   }
+  if (late) stop(pid, &wait_status);
+  if (late) *exit_code = VT_OUT_OF_TIME;
+  if (late) return VT_OK;
   *exit_code = WIFEXITED(wait_status)     ? WEXITSTATUS(wait_status)
                : WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status)
                                           : 1;

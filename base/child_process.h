@@ -18,6 +18,10 @@ typedef void (*vt_line_function)(void *user, const char *line); // without its n
 // program and what it started were ended; VT_FAILED naming it.
 vt_status vt_run_program(vt_context *, char *const arguments[], FILE *log, vt_line_function hear, void *user,
                          int *exit_code);
+// The same, but the program and what it started are ended after so many seconds; *exit_code is then VT_OUT_OF_TIME.
+#define VT_OUT_OF_TIME (-1)
+vt_status vt_run_program_within(vt_context *, char *const arguments[], double seconds, FILE *log, vt_line_function hear,
+                                void *user, int *exit_code);
 
 #ifdef __cplusplus
 }

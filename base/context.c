@@ -45,8 +45,8 @@ struct vt_context {
   size_t count, block;
   atomic_size_t next;
 
-  char stage[64];
-  double stage_start, last_shown;
+  char stage[64], held[64]; // shown; held while others come and go
+  double stage_start, last_shown, held_share;
 };
 
 vt_context_desc vt_default_context_desc(void) { return (vt_context_desc){.cookie = VT_COOKIE, .log_level = VT_LOG_NORMAL}; }
@@ -261,8 +261,19 @@ void vt_log(vt_context *context, vt_log_level level, const char *format, ...) {
   fputc('\n', stderr);
 }
 
+void vt_hold_progress(vt_context *context, const char *stage) {
+  snprintf(context->held, sizeof context->held, "%s", stage ? stage : "");
+  context->held_share = 0;
+}
+
 void vt_progress(vt_context *context, const char *stage, double share) {
   if (!context->desc.show_progress || context->desc.log_level == VT_LOG_QUIET) return;
+  const char *inner = "";
+  if (*context->held && strncmp(stage, context->held, sizeof context->held - 1)) {
+    inner = stage, stage = context->held, share = context->held_share;
+  } else if (*context->held) {
+    context->held_share = share;
+  }
   double now = vt_seconds();
   if (strncmp(stage, context->stage, sizeof context->stage - 1)) {
     snprintf(context->stage, sizeof context->stage, "%s", stage);
@@ -281,7 +292,7 @@ void vt_progress(vt_context *context, const char *stage, double share) {
   for (int i = 0; i < 30; i++) bar[i] = i < filled ? '#' : '.';
   bar[30] = 0;
   double left = share > 0.01 ? (now - context->stage_start) * (1 - share) / share : 0;
-  fprintf(stderr, "\r\033[K%-14s [%s] %3.0f %%  %.0f s left", stage, bar, 100 * share, left);
+  fprintf(stderr, "\r\033[K%-14s [%s] %3.0f %%  %.0f s left%s%s", stage, bar, 100 * share, left, *inner ? ", " : "", inner);
   fflush(stderr);
 }
 

@@ -82,6 +82,8 @@ __attribute__((format(printf, 3, 4)))
 void vt_log(vt_context *context, vt_log_level level, const char *format, ...); // one line, newline added
 // Progress of the named stage, share 0..1. Shows a bar with the time left where show_progress.
 void vt_progress(vt_context *context, const char *stage, double share);
+// While a stage is held, the bar and the time left are its own, and other stages are only named behind it. NULL: none is.
+void vt_hold_progress(vt_context *context, const char *stage_or_null);
 // Hands a picture of an inner state (a trimap, a hull, a residual) to context.probe if there is one; name is a file name
 // without ending. Copies nothing, so build the picture only if vt_wants_probes.
 bool vt_wants_probes(const vt_context *context);

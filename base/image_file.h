@@ -1,4 +1,4 @@
-// image_file.h - pictures on disk (OpenImageIO; image_file_none.c knows PAM only)
+// image_file.h - pictures on disk and in memory (OpenImageIO; image_file_none.c knows PAM only)
 // SPDX-License-Identifier: BSD-3-Clause
 #ifndef VT_BASE_IMAGE_FILE_H
 #define VT_BASE_IMAGE_FILE_H
@@ -32,6 +32,14 @@ vt_status vt_read_mask(vt_context *, const char *path, vt_image *out);
 // Writes 1, 3 or 4 channels, format by the ending (png jpg tif pam), to a temporary name that is renamed when complete.
 // VT_FAILED naming the file.
 vt_status vt_write_image(vt_context *, const char *path, const vt_image *image);
+
+// ---- pictures in memory, as other files carry them
+// Decodes the bytes of a PNG, JPEG, WebP, TIFF, BMP or PAM file (told by their first bytes) as vt_read_image does.
+// VT_BAD_INPUT naming `name`; VT_MISSING_PROGRAM in builds that know PAM only. The caller frees `out`.
+vt_status vt_decode_image(vt_context *, const uint8_t *bytes, size_t size, const char *name, vt_image *out);
+// The bytes of a PNG file of 1, 3 or 4 channels: the same picture, the same bytes. VT_MISSING_PROGRAM in builds without
+// OpenImageIO. Free *bytes with vt_free.
+vt_status vt_encode_png(vt_context *, const vt_image *image, uint8_t **bytes, size_t *size);
 
 #ifdef __cplusplus
 }

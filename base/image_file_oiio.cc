@@ -1,4 +1,4 @@
-// image_file_oiio.cc - pictures on disk through OpenImageIO 2.4
+// image_file_oiio.cc - pictures on disk and in memory through OpenImageIO 2.4
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What OpenImageIO does unless told otherwise, and what we need: it multiplies colour by alpha on reading and divides
@@ -45,10 +45,30 @@ vt_status fail_damaged(vt_context *context, const char *path, const std::string 
                  path, one_line(why).c_str());
 }
 
-vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<ImageInput> &input) {
+void set_threads() {
   static const int set_once = int(OIIO::attribute("threads", 1)) + int(OIIO::attribute("exr_threads", -1)) +
                               int(OIIO::attribute("tiff:multithread", 0));
   (void)set_once;
+}
+
+vt_status check_spec(vt_context *context, const char *path, const ImageInput &input) {
+  const ImageSpec &spec = input.spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep)
+    return vt_fail(context, VT_BAD_INPUT, "%s: is no flat picture; convert it to PNG or JPEG", path);
+  if (spec.width > VT_MAX_IMAGE_SIDE || spec.height > VT_MAX_IMAGE_SIDE || spec.nchannels > 64)
+    return vt_fail(context, VT_BAD_INPUT,
+                   "%s: has %d x %d pixels of %d channels, over 65535 a side or 64 channels; "
+                   "reduce it",
+                   path, spec.width, spec.height, spec.nchannels);
+  if (!strcmp(input.format_name(), "openexr") && (spec.x != spec.full_x || spec.y != spec.full_y ||
+                                                  spec.width != spec.full_width || spec.height != spec.full_height))
+    return vt_fail(context, VT_BAD_INPUT, "%s: holds a part of its picture only (data window); save the whole picture",
+                   path);
+  return VT_OK;
+}
+
+vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<ImageInput> &input) {
+  set_threads();
   if (vt_is_folder(path)) return vt_fail(context, VT_BAD_INPUT, "%s: is a folder; give a picture", path);
   if (!vt_is_file(path)) return vt_fail(context, VT_BAD_INPUT, "%s: there is no such file; check the path", path);
   if (OIIO::Filesystem::file_size(path) == 0)
@@ -71,18 +91,33 @@ vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<Im
     if (!input) return fail_damaged(context, path, why.empty() ? other : why);
     spec = input->spec();
   }
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep)
-    return vt_fail(context, VT_BAD_INPUT, "%s: is no flat picture; convert it to PNG or JPEG", path);
-  if (spec.width > VT_MAX_IMAGE_SIDE || spec.height > VT_MAX_IMAGE_SIDE || spec.nchannels > 64)
-    return vt_fail(context, VT_BAD_INPUT,
-                   "%s: has %d x %d pixels of %d channels, over 65535 a side or 64 channels; "
-                   "reduce it",
-                   path, spec.width, spec.height, spec.nchannels);
-  if (!strcmp(input->format_name(), "openexr") && (spec.x != spec.full_x || spec.y != spec.full_y ||
-                                                   spec.width != spec.full_width || spec.height != spec.full_height))
-    return vt_fail(context, VT_BAD_INPUT, "%s: holds a part of its picture only (data window); save the whole picture",
-                   path);
-  return VT_OK;
+  return check_spec(context, path, *input);
+}
+
+// By the first bytes: the name stands for a part of another file.
+vt_status open_bytes(vt_context *context, const uint8_t *bytes, size_t size, const char *name,
+                     OIIO::Filesystem::IOMemReader &reader, std::unique_ptr<ImageInput> &input) {
+  static const struct {
+    const char *magic, *format;
+    size_t at, length;
+  } kinds[] = {{"\x89PNG", "png", 0, 4}, {"\xff\xd8\xff", "jpeg", 0, 3}, {"WEBP", "webp", 8, 4},
+               {"II*\0", "tiff", 0, 4},  {"MM\0*", "tiff", 0, 4},        {"BM", "bmp", 0, 2}};
+  set_threads();
+  const char *format = nullptr;
+  for (const auto &kind : kinds)
+    if (!format && size >= kind.at + kind.length && !memcmp(bytes + kind.at, kind.magic, kind.length))
+      format = kind.format;
+  if (!format)
+    return vt_fail(context, VT_BAD_INPUT, "%s: holds no PNG, JPEG, WebP, TIFF, BMP or PAM picture; write it again",
+                   name);
+  if (vt_are_cut_png_bytes(bytes, size)) return fail_damaged(context, name, "it ends too early");
+  ImageSpec hints, spec;
+  hints.attribute("oiio:UnassociatedAlpha", 1);
+  input = ImageInput::create(format, false, nullptr, &reader);
+  if (!input) return fail_damaged(context, name, OIIO::geterror());
+  if (!input->set_ioproxy(&reader) || !input->open(std::string("memory.") + format, spec, hints))
+    return fail_damaged(context, name, input->geterror());
+  return check_spec(context, name, *input);
 }
 
 struct vt_layout {      // which channels of the file are ours
@@ -188,8 +223,8 @@ double positive(double value) {
   return std::isfinite(value) && value > 0 ? value : 0;
 }
 
-vt_status encode_picture(vt_context *context, const char *path, const vt_image *image, const char *format) {
-  std::vector<unsigned char> bytes;
+vt_status encode_picture(vt_context *context, const char *path, const vt_image *image, const char *format,
+                         std::vector<unsigned char> &bytes) {
   OIIO::Filesystem::IOVecOutput memory(bytes);
   auto output = ImageOutput::create(format, &memory);
   if (!output) return vt_fail(context, VT_FAILED, "%s: OpenImageIO cannot write %s; write .png or .pam", path, format);
@@ -210,7 +245,7 @@ vt_status encode_picture(vt_context *context, const char *path, const vt_image *
       !output->write_image(OIIO::TypeDesc::UINT8, image->pixels) || !output->close())
     return vt_fail(context, VT_FAILED, "%s: cannot be encoded: %s; choose another format", path,
                    one_line(output->geterror()).c_str());
-  return vt_write_file(context, path, bytes.data(), bytes.size());
+  return VT_OK;
 }
 
 template <class Work> vt_status at_border(vt_context *context, const char *path, Work work) {
@@ -280,5 +315,38 @@ vt_status vt_write_image(vt_context *context, const char *path, const vt_image *
     return vt_fail(context, VT_FAILED, "%s: unknown kind of picture; end its name in .png, .jpg, .tif or .pam", path);
   if (image->channels == 4 && !strcmp(format, "jpeg"))
     return vt_fail(context, VT_FAILED, "%s: JPEG keeps no transparency; end its name in .png", path);
-  return at_border(context, path, [&] { return encode_picture(context, path, image, format); });
+  return at_border(context, path, [&] {
+    std::vector<unsigned char> bytes;
+    vt_status status = encode_picture(context, path, image, format, bytes);
+    return status ? status : vt_write_file(context, path, bytes.data(), bytes.size());
+  });
+}
+
+vt_status vt_decode_image(vt_context *context, const uint8_t *bytes, size_t size, const char *name, vt_image *out) {
+  memset(out, 0, sizeof *out);
+  if (vt_is_pam(bytes, size)) return vt_parse_pam(context, bytes, size, name, out);
+  vt_status status = at_border(context, name, [&] {
+    OIIO::Filesystem::IOMemReader reader(const_cast<uint8_t *>(bytes), size); // it only reads
+    std::unique_ptr<ImageInput> input;
+    vt_status opened = open_bytes(context, bytes, size, name, reader, input);
+    return opened ? opened : read_pixels(context, name, *input, out);
+  });
+  if (status) vt_free_image(context, out);
+  return status;
+}
+
+vt_status vt_encode_png(vt_context *context, const vt_image *image, uint8_t **bytes, size_t *size) {
+  VT_ASSERT(image->channels == 1 || image->channels == 3 || image->channels == 4);
+  *bytes = NULL;
+  *size = 0;
+  return at_border(context, "PNG", [&] {
+    std::vector<unsigned char> encoded;
+    vt_status status = encode_picture(context, "PNG", image, "png", encoded);
+    if (status) return status;
+    *bytes = VT_NEW(context, uint8_t, encoded.size());
+    if (!*bytes) return VT_OUT_OF_MEMORY;
+    memcpy(*bytes, encoded.data(), encoded.size());
+    *size = encoded.size();
+    return VT_OK;
+  });
 }

@@ -9,7 +9,9 @@
 // The window is separable: four moments (x, y, xx + yy, xy) are smoothed down the columns of a strip, then along the
 // row; R, G and B lie interleaved, so that one pass does all three. Moments are summed in double: a variance is a small
 // difference of large numbers on the white background that most of these pictures have.
+// Colour difference and sharpness are measured by image_detail.c.
 #include "base/image_metrics.h"
+#include "base/image_detail.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,9 +20,7 @@
 #define STRIP 32 // rows of windows a block makes; MAX_TAPS - 1 more rows are flattened for it
 
 typedef struct measurement {
-  const vt_fimage *result;
-  const vt_image *truth;
-  float background[3];
+  vt_picture_pair pair;
   double *errors; // [height][4]: squared error, the same over the foreground, foreground pixels, squared alpha error
   double *ssim;   // [height - taps + 1]: sums over a row of windows
   int taps;
@@ -33,40 +33,26 @@ static float clamp(float v) {
   return v > 0 ? (v < 1 ? v : 1) : 0;
 } // NaN is 0
 
-// One row of both pictures over the background.
-static void flatten_row(const measurement *m, size_t y, float *x_row, float *y_row) {
-  size_t width = (size_t)m->result->width;
-  const float *r = m->result->pixels + y * width * 4;
-  const uint8_t *t = m->truth->pixels + y * width * 4;
-  for (size_t x = 0; x < width; x++, r += 4, t += 4) {
-    float r_clear = 1 - clamp(r[3]), t_alpha = (float)t[3] / 255, t_clear = 1 - t_alpha;
-    for (int c = 0; c < 3; c++) {
-      x_row[3 * x + (size_t)c] = clamp(r[c] + r_clear * m->background[c]);
-      y_row[3 * x + (size_t)c] = (float)t[c] / 255 * t_alpha + t_clear * m->background[c];
-    }
-  }
-}
-
 static float *strip_of(const measurement *m, int worker, int picture) {
-  size_t size = (size_t)(STRIP + MAX_TAPS - 1) * 3 * (size_t)m->result->width;
+  size_t size = (size_t)(STRIP + MAX_TAPS - 1) * 3 * (size_t)m->pair.result->width;
   return m->strips + ((size_t)worker * 2 + (size_t)picture) * size;
 }
 
 static void measure_rows(void *user, size_t begin, size_t end, int worker) {
   measurement *m = user;
-  size_t width = (size_t)m->result->width;
+  size_t width = (size_t)m->pair.result->width;
   float *a = strip_of(m, worker, 0), *b = strip_of(m, worker, 1);
   for (size_t y = begin; y < end; y++) {
     double all = 0, foreground = 0, alpha = 0;
     size_t count = 0;
-    flatten_row(m, y, a, b);
+    vt_flatten_pair(&m->pair, y, a, b);
     for (size_t x = 0; x < width; x++) {
-      uint8_t true_alpha = m->truth->pixels[(y * width + x) * 4 + 3];
-      double error = 0, alpha_error = clamp(m->result->pixels[(y * width + x) * 4 + 3]) - true_alpha / 255.0;
+      uint8_t true_alpha = m->pair.truth->pixels[(y * width + x) * 4 + 3];
+      double error = 0, alpha_error = clamp(m->pair.result->pixels[(y * width + x) * 4 + 3]) - true_alpha / 255.0;
       for (size_t i = 3 * x; i < 3 * x + 3; i++) error += ((double)a[i] - b[i]) * ((double)a[i] - b[i]);
       all += error;
       alpha += alpha_error * alpha_error;
-      if (true_alpha > 0.02 * 255) {
+      if (true_alpha >= VT_FOREGROUND_BYTE) {
         foreground += error;
         count++;
       }
@@ -116,10 +102,10 @@ static double sum_row(const measurement *m, const double *moments, size_t sample
 
 static void measure_windows(void *user, size_t begin, size_t end, int worker) {
   measurement *m = user;
-  size_t samples = 3 * (size_t)m->result->width, rows = end - begin + (size_t)m->taps - 1;
+  size_t samples = 3 * (size_t)m->pair.result->width, rows = end - begin + (size_t)m->taps - 1;
   float *a = strip_of(m, worker, 0), *b = strip_of(m, worker, 1);
   double *moments = m->moments + (size_t)worker * 4 * samples;
-  for (size_t y = 0; y < rows; y++) flatten_row(m, begin + y, a + y * samples, b + y * samples);
+  for (size_t y = 0; y < rows; y++) vt_flatten_pair(&m->pair, begin + y, a + y * samples, b + y * samples);
   for (size_t y = begin; y < end; y++) {
     size_t top = (y - begin) * samples;
     smooth_columns(m, a + top, b + top, samples, moments);
@@ -128,7 +114,7 @@ static void measure_windows(void *user, size_t begin, size_t end, int worker) {
 }
 
 static void make_window(measurement *m) {
-  int side = m->result->width < m->result->height ? m->result->width : m->result->height;
+  int side = m->pair.result->width < m->pair.result->height ? m->pair.result->width : m->pair.result->height;
   double sum = 0;
   m->taps = side >= MAX_TAPS ? MAX_TAPS : side - !(side % 2);
   for (int k = 0; k < m->taps; k++) {
@@ -144,9 +130,9 @@ static double decibels(double mean_square) {
 }
 
 static void sum_up(const measurement *m, vt_metrics *out) {
-  double sums[4] = {0}, ssim = 0, width = m->result->width, height = m->result->height;
-  size_t window_rows = (size_t)(m->result->height - m->taps + 1);
-  for (size_t y = 0; y < (size_t)m->result->height; y++)
+  double sums[4] = {0}, ssim = 0, width = m->pair.result->width, height = m->pair.result->height;
+  size_t window_rows = (size_t)(m->pair.result->height - m->taps + 1);
+  for (size_t y = 0; y < (size_t)m->pair.result->height; y++)
     for (int i = 0; i < 4; i++) sums[i] += m->errors[4 * y + (size_t)i];
   for (size_t y = 0; y < window_rows; y++) ssim += m->ssim[y];
   out->psnr = decibels(sums[0] / (3 * width * height));
@@ -160,8 +146,8 @@ vt_status vt_measure(vt_context *context, const vt_fimage *result, const vt_imag
   VT_ASSERT(result->channels == 4 && truth->channels == 4);
   VT_ASSERT(result->width == truth->width && result->height == truth->height);
   VT_ASSERT(result->width > 0 && result->height > 0);
-  measurement m = {.result = result, .truth = truth};
-  memcpy(m.background, background, sizeof m.background);
+  measurement m = {.pair = {.result = result, .truth = truth}};
+  memcpy(m.pair.background, background, sizeof m.pair.background);
   memset(out, 0, sizeof *out);
   make_window(&m);
   size_t width = (size_t)result->width, height = (size_t)result->height, workers = (size_t)vt_thread_count(context);
@@ -174,6 +160,7 @@ vt_status vt_measure(vt_context *context, const vt_fimage *result, const vt_imag
   status = vt_parallel(context, height, STRIP, measure_rows, &m);
   if (!status) status = vt_parallel(context, height - (size_t)m.taps + 1, STRIP, measure_windows, &m);
   if (!status) sum_up(&m, out);
+  if (!status) status = vt_measure_detail(context, &m.pair, &out->delta_e, &out->sharpness);
 done:
   vt_free(context, m.errors);
   vt_free(context, m.ssim);

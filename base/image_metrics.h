@@ -15,6 +15,9 @@ typedef struct vt_metrics {
   double psnr_foreground; // dB over pixels with true alpha > 0.02; NAN if there are none
   double ssim;            // Gaussian 11x11, sigma 1.5, K1 .01, K2 .03, mean of the RGB channels (Wang et al. 2004)
   double alpha_rmse;      // 0..1
+  double delta_e;         // mean CIEDE2000 over pixels with true alpha > 0.02; NAN if there are none
+  double sharpness;       // gradient energy over the same pixels, result's over truth's: 1 is right, less is blurred, more
+                          // is noisy; NAN where the truth has no gradient
 } vt_metrics;
 
 // `result` is premultiplied RGBA, `truth` straight RGBA, of one size (asserted).

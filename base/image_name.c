@@ -43,6 +43,18 @@ bool vt_is_cut_png(const char *path) {
   return cut;
 }
 
+bool vt_are_cut_png_bytes(const uint8_t *bytes, size_t size) {
+  if (size < 8 || memcmp(bytes, "\x89PNG\r\n\x1a\n", 8)) return false;
+  for (size_t at = 8;;) {
+    if (size - at < 12) return true;
+    const uint8_t *head = bytes + at;
+    size_t length = (size_t)head[0] << 24 | (size_t)head[1] << 16 | (size_t)head[2] << 8 | (size_t)head[3];
+    if (length > size - at - 12) return true;
+    if (!memcmp(head + 4, "IEND", 4)) return false;
+    at += 12 + length;
+  }
+}
+
 vt_status vt_read_mask(vt_context *context, const char *path, vt_image *out) {
   vt_image picture = {0};
   *out = picture;

@@ -61,31 +61,31 @@ static bool parse_header(const uint8_t *bytes, size_t size, pam_header *header) 
   return false;
 }
 
-// Reads the file and finds header and samples good.
-static vt_status open_pam(vt_context *context, const char *path, uint8_t **bytes, pam_header *header) {
-  size_t size;
-  vt_status status = vt_read_file(context, path, bytes, &size);
-  if (status) return status;
-  if (!parse_header(*bytes, size, header))
-    status = vt_fail(context, VT_BAD_INPUT,
-                     "%s: not a PAM picture of at most 65535 pixels a side and 4 channels; write it again", path);
-  else if ((uint64_t)header->width * header->height * header->depth * (header->max_value > 255 ? 2 : 1) >
-           size - header->size)
-    status = vt_fail(context, VT_BAD_INPUT, "%s: ends before its last row; copy or write it again", path);
-  if (status) {
-    vt_free(context, *bytes);
-    *bytes = NULL;
-  }
-  return status;
+bool vt_is_pam(const uint8_t *bytes, size_t size) {
+  return size >= 3 && !memcmp(bytes, "P7\n", 3);
+}
+
+// Finds header and samples good.
+static vt_status check_pam(vt_context *context, const uint8_t *bytes, size_t size, const char *name,
+                           pam_header *header) {
+  if (!parse_header(bytes, size, header))
+    return vt_fail(context, VT_BAD_INPUT,
+                   "%s: not a PAM picture of at most 65535 pixels a side and 4 channels; write it again", name);
+  if ((uint64_t)header->width * header->height * header->depth * (header->max_value > 255 ? 2 : 1) >
+      size - header->size)
+    return vt_fail(context, VT_BAD_INPUT, "%s: ends before its last row; copy or write it again", name);
+  return VT_OK;
 }
 
 vt_status vt_read_pam_info(vt_context *context, const char *path, vt_image_info *out) {
   uint8_t *bytes;
+  size_t size;
   pam_header header;
   memset(out, 0, sizeof *out);
-  vt_status status = open_pam(context, path, &bytes, &header);
-  if (status) return status;
+  vt_status status = vt_read_file(context, path, &bytes, &size);
+  if (!status) status = check_pam(context, bytes, size, path, &header);
   vt_free(context, bytes);
+  if (status) return status;
   out->width = (int)header.width;
   out->height = (int)header.height;
   out->channels = (int)header.depth;
@@ -101,11 +101,11 @@ static void scale_row(const uint8_t *from, size_t count, uint32_t max_value, uin
   }
 }
 
-vt_status vt_read_pam(vt_context *context, const char *path, vt_image *out) {
-  uint8_t *bytes = NULL, *row = NULL;
+vt_status vt_parse_pam(vt_context *context, const uint8_t *bytes, size_t size, const char *name, vt_image *out) {
+  uint8_t *row = NULL;
   pam_header h;
   memset(out, 0, sizeof *out);
-  vt_status status = open_pam(context, path, &bytes, &h);
+  vt_status status = check_pam(context, bytes, size, name, &h);
   if (status) return status;
   int channels = h.depth == 2 || h.depth == 4 ? 4 : 3;
   size_t samples = (size_t)h.width * h.depth, row_size = samples * (h.max_value > 255 ? 2 : 1);
@@ -129,9 +129,18 @@ vt_status vt_read_pam(vt_context *context, const char *path, vt_image *out) {
     }
   }
 done:
-  vt_free(context, bytes);
   vt_free(context, row);
   if (status) vt_free_image(context, out);
+  return status;
+}
+
+vt_status vt_read_pam(vt_context *context, const char *path, vt_image *out) {
+  uint8_t *bytes;
+  size_t size;
+  memset(out, 0, sizeof *out);
+  vt_status status = vt_read_file(context, path, &bytes, &size);
+  if (!status) status = vt_parse_pam(context, bytes, size, path, out);
+  vt_free(context, bytes);
   return status;
 }
 

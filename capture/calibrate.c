@@ -10,7 +10,7 @@
 #include "base/hash.h"
 #include "base/image_file.h"
 #include "capture/colmap_run.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "capture/masks.h"
 
 #include <stdio.h>

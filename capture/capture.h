@@ -52,8 +52,12 @@ vt_status vt_load_views(vt_context *, const vt_capture_desc *, vt_views *out, vt
 
 // Writes a Capture folder that other programs of the field read: images/NAME.png (straight RGBA) and transforms.json, or
 // transforms_train.json and transforms_test.json if there are test views (OpenGL camera-to-world, fl_x fl_y cx cy w h
-// per frame, camera_angle_x). The folder appears complete or not at all. VT_FAILED naming the file.
+// per frame, camera_angle_x). The folder appears complete or not at all, and replaces one that voltree wrote (with its truth,
+// and the same views under other light in it). VT_FAILED naming the file.
 vt_status vt_write_capture(vt_context *, const vt_views *, const char *folder);
+// Writes the same transforms files without pictures into a folder that is there. file_path is `pictures` (like "../") and the
+// picture's path within its capture; mask_path is `masks` (like "mattes/", or NULL: none), the view's name and ".png".
+vt_status vt_write_cameras(vt_context *, const vt_views *, const char *folder, const char *pictures, const char *masks);
 
 #ifdef __cplusplus
 }

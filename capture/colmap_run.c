@@ -12,7 +12,7 @@
 #include "capture/colmap_run.h"
 #include "base/image_file.h"
 #include "base/child_process.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include <ctype.h>
 #include <stdarg.h>
 #include <string.h>

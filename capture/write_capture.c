@@ -13,7 +13,7 @@
 #include "base/file.h"
 #include "base/image_file.h"
 #include "base/json.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "capture/photos.h"
 
 #include <errno.h>
@@ -110,12 +110,27 @@ static double angle_x(const vt_camera *camera) {
   return 2 * atan(0.5 * camera->width / camera->fx);
 }
 
-static void put_frame(vt_json_writer *json, const vt_camera *camera, const char *stem, const char *ending,
-                      bool *failed) {
-  char *path = vt_concat(json->context, stem, ending, "");
+typedef struct transforms { // of which views a file is, and how it names their pictures
+  const vt_views *views;
+  char *const *stems;
+  int role;             // or < 0: all
+  const char *ending;   // of file_path
+  const char *pictures; // stands before the picture's path
+  const char *masks;    // or NULL; stands before the mask's
+} transforms;
+
+static void put_path(vt_json_writer *json, const char *key, const char *before, const char *stem, const char *ending,
+                     bool *failed) {
+  char *path = vt_concat(json->context, before, stem, ending);
   if (!path) *failed = true;
+  vt_json_put_string(json, key, path ? path : "");
+  vt_free(json->context, path);
+}
+
+static void put_frame(vt_json_writer *json, const vt_camera *camera, const transforms *t, int view, bool *failed) {
   vt_json_open_object(json, NULL);
-  vt_json_put_string(json, "file_path", path ? path : "");
+  put_path(json, "file_path", t->pictures, t->stems[view], t->ending, failed);
+  if (t->masks) put_path(json, "mask_path", t->masks, t->stems[view] + strlen("images/"), ".png", failed);
   vt_json_put_integer(json, "w", camera->width);
   vt_json_put_integer(json, "h", camera->height);
   vt_json_put_number(json, "fl_x", camera->fx);
@@ -125,25 +140,23 @@ static void put_frame(vt_json_writer *json, const vt_camera *camera, const char 
   vt_json_put_number(json, "camera_angle_x", angle_x(camera));
   put_matrix(json, camera);
   vt_json_close_object(json);
-  vt_free(json->context, path);
 }
 
-// Frames of one role, or all (role < 0).
-static vt_status write_transforms(vt_context *context, const vt_views *views, char *const *stems, int role,
-                                  const char *folder, const char *name, const char *ending) {
+static vt_status write_transforms(vt_context *context, const transforms *t, const char *folder, const char *name) {
+  const vt_views *views = t->views;
   vt_json_writer json = vt_begin_json(context);
   bool first = true, failed = false;
   vt_json_open_object(&json, NULL);
   vt_json_put_string(&json, "generator", "voltree");
   vt_json_put_string(&json, "camera_model", "PINHOLE");
   for (int i = 0; i < views->count; i++) {
-    if (role >= 0 && views->items[i].role != (vt_role)role) continue;
+    if (t->role >= 0 && views->items[i].role != (vt_role)t->role) continue;
     if (first) {
       vt_json_put_number(&json, "camera_angle_x", angle_x(&views->items[i].camera));
       vt_json_open_array(&json, "frames");
       first = false;
     }
-    put_frame(&json, &views->items[i].camera, stems[i], ending, &failed);
+    put_frame(&json, &views->items[i].camera, t, i, &failed);
   }
   if (first) vt_json_open_array(&json, "frames");
   vt_json_close_array(&json);
@@ -155,6 +168,28 @@ static vt_status write_transforms(vt_context *context, const vt_views *views, ch
   if (!status) status = path ? vt_write_file(context, path, text, size) : VT_OUT_OF_MEMORY;
   vt_free(context, path);
   vt_free(context, text);
+  return status;
+}
+
+// One file, or one for each role where there are views to judge against. NeRF's names have no ending in two files.
+static vt_status write_lists(vt_context *context, const vt_views *views, char *const *stems, const char *folder,
+                             const char *pictures, const char *masks) {
+  int test_count = vt_count_views(views, VT_TEST);
+  transforms t = {views, stems, -1, test_count ? "" : ".png", pictures, masks};
+  if (!test_count) return write_transforms(context, &t, folder, "transforms.json");
+  vt_status status = VT_OK;
+  t.role = VT_TRAIN;
+  if (test_count < views->count) status = write_transforms(context, &t, folder, "transforms_train.json");
+  t.role = VT_TEST;
+  return status ? status : write_transforms(context, &t, folder, "transforms_test.json");
+}
+
+vt_status vt_write_cameras(vt_context *context, const vt_views *views, const char *folder, const char *pictures,
+                           const char *masks) {
+  VT_ASSERT(views && views->count > 0 && folder && *folder);
+  char **stems = make_stems(context, views);
+  vt_status status = stems ? write_lists(context, views, stems, folder, pictures, masks) : VT_OUT_OF_MEMORY;
+  free_stems(context, stems, views->count);
   return status;
 }
 
@@ -211,6 +246,16 @@ static bool is_ours(vt_context *context, const char *folder, const char *name) {
   return ours;
 }
 
+// The name without "truth/" or "relight_N/" in front: a synthetic capture holds these (programs/verb_synth.c).
+static const char *inner_name(const char *name) {
+  static const char relight[] = "relight_";
+  if (!strncmp(name, "truth/", 6)) return name + 6;
+  if (strncmp(name, relight, strlen(relight))) return name;
+  const char *behind = name + strlen(relight), *end = behind + strspn(behind, "0123456789");
+  if (end == behind || *end != '/') return name;
+  return !strncmp(end + 1, "truth/", 6) ? end + 7 : end + 1;
+}
+
 // VT_OK if `folder` is not there, is empty, or holds only what an earlier vt_write_capture put there.
 static vt_status check_target(vt_context *context, const char *folder) {
   if (!vt_is_folder(folder))
@@ -221,12 +266,13 @@ static vt_status check_target(vt_context *context, const char *folder) {
   vt_status status = vt_list_folder(context, folder, true, &names);
   bool ours = true, listed = false;
   for (int i = 0; i < names.count && !status && ours; i++) {
-    const char *name = names.items[i];
+    const char *name = inner_name(names.items[i]);
     size_t length = strlen(name);
     bool list = !strcmp(name, "transforms.json") || !strcmp(name, "transforms_train.json") ||
-                !strcmp(name, "transforms_test.json");
+                !strcmp(name, "transforms_test.json") || !strcmp(name, "truth.json");
+    bool picture = !strncmp(name, "images/", 7) || !strncmp(name, "mattes/", 7);
     listed = listed || list;
-    ours = list ? is_ours(context, folder, name) : !strncmp(name, "images/", 7) && !strcmp(name + length - 4, ".png");
+    ours = list ? is_ours(context, folder, names.items[i]) : picture && !strcmp(name + length - 4, ".png");
   }
   ours = ours && (listed || !names.count);
   vt_free_names(context, &names);
@@ -268,12 +314,7 @@ vt_status vt_write_capture(vt_context *context, const vt_views *views, const cha
   if (!status) status = vt_make_folder_beside(context, target, &made);
   if (!status && !(stems = make_stems(context, views))) status = VT_OUT_OF_MEMORY;
   if (!status) status = write_pictures(context, views, stems, made);
-  int test_count = vt_count_views(views, VT_TEST);
-  if (!status && !test_count) status = write_transforms(context, views, stems, -1, made, "transforms.json", ".png");
-  if (!status && test_count && test_count < views->count)
-    status = write_transforms(context, views, stems, VT_TRAIN, made, "transforms_train.json", "");
-  if (!status && test_count)
-    status = write_transforms(context, views, stems, VT_TEST, made, "transforms_test.json", "");
+  if (!status) status = write_lists(context, views, stems, made, "", NULL);
   if (!status) status = swap_in(context, made, target);
   if (status && made) vt_remove_folder(context, made);
   free_stems(context, stems, views->count);

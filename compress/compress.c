@@ -29,7 +29,8 @@ vt_compress_desc vt_default_compress_desc(void) {
                             .max_iterations = 60,
                             .stop_gain = 2e-3,
                             .training_tiles = 100000,
-                            .seed = 1};
+                            .seed = 1,
+                            .set_flat_aside = true};
 }
 
 // ---- training
@@ -69,7 +70,8 @@ static vt_status gather_training(vt_context *ctx, const vt_compress_desc *desc, 
     const uint8_t *tile = vt_block_texels(blocks, choose_tile(blocks, t->tile_count, i, &rng));
     vt_block_alpha kind = vt_gather_alpha(blocks, tile, t->alpha + t->alpha_count * texels);
     t->any_opaque |= kind == VT_BLOCK_OPAQUE;
-    t->alpha_count += kind == VT_BLOCK_MIXED || (kind == VT_BLOCK_OPAQUE && desc->alpha_codewords < 3);
+    t->alpha_count += kind == VT_BLOCK_MIXED || (kind == VT_BLOCK_OPAQUE && desc->alpha_codewords < 3) ||
+                      !desc->set_flat_aside;
     float weight = vt_gather_colour(blocks, tile, t->colour + t->colour_count * texels * 3);
     if (!(weight > 0)) continue;
     t->colour_weight[t->colour_count++] = weight + 1.0f / 64; // a faint tile still has to look right
@@ -90,7 +92,7 @@ static vt_gla_desc gla_desc_of(const vt_compress_desc *desc, size_t dimension, i
 
 // Codewords 0 (all 0) and 1 (all 255) are set aside where there is room for them; returns how many.
 static int reserve_alpha(const vt_compress_desc *desc, const training *t) {
-  if (desc->alpha_codewords == 1) return t->alpha_count ? 0 : 1;
+  if (desc->alpha_codewords == 1 || !desc->set_flat_aside) return t->alpha_count ? 0 : 1;
   return desc->alpha_codewords >= 3 && t->any_opaque ? 2 : 1;
 }
 
@@ -144,6 +146,7 @@ typedef struct error_sums {
 
 typedef struct encoder {
   const vt_blocks *blocks;
+  bool search_flat; // flat tiles are encoded like all others
   vt_tree *out;
   vt_nearest alpha, colour;
   float *alpha_words, *colour_words; // the stored codewords as vectors
@@ -153,10 +156,10 @@ typedef struct encoder {
   error_sums *errors;                // [blocks]
 } encoder;
 
-static vt_status make_encoder(vt_context *ctx, const vt_blocks *blocks, vt_tree *out, encoder *e) {
+static vt_status make_encoder(vt_context *ctx, const vt_blocks *blocks, bool search_flat, vt_tree *out, encoder *e) {
   size_t texels = blocks->texel_count, alpha_count = (size_t)out->alpha_codebook.codeword_count;
   size_t colour_count = (size_t)out->colour_codebook.codeword_count, total = blocks->first[blocks->level_count];
-  *e = (encoder){.blocks = blocks, .out = out};
+  *e = (encoder){.blocks = blocks, .search_flat = search_flat, .out = out};
   e->alpha_words = VT_NEW(ctx, float, alpha_count *texels);
   e->colour_words = VT_NEW(ctx, float, colour_count *texels * 3);
   e->lab_words = blocks->in_lab ? e->colour_words : VT_NEW(ctx, float, colour_count *texels * 3);
@@ -233,7 +236,7 @@ static void encode_block(void *user, size_t begin, size_t end, int worker) {
     const uint8_t *tile = vt_block_texels(blocks, begin + i);
     vt_block_alpha kind = vt_gather_alpha(blocks, tile, alpha + alpha_count * texels);
     alpha_code[i] = e->flat_alpha[kind];
-    if (kind == VT_BLOCK_MIXED) alpha_at[alpha_count++] = (uint16_t)i;
+    if (kind == VT_BLOCK_MIXED || e->search_flat) alpha_at[alpha_count++] = (uint16_t)i;
     if (vt_gather_colour(blocks, tile, colour + colour_count * texels * 3) > 0) colour_at[colour_count++] = (uint16_t)i;
   }
   vt_find_nearest(&e->alpha, alpha, NULL, alpha_count, found, NULL);
@@ -249,10 +252,11 @@ static void encode_block(void *user, size_t begin, size_t end, int worker) {
   }
 }
 
-static vt_status encode_tiles(vt_context *ctx, const vt_blocks *blocks, vt_tree *out, vt_compress_report *report) {
+static vt_status encode_tiles(vt_context *ctx, const vt_blocks *blocks, bool search_flat, vt_tree *out,
+                              vt_compress_report *report) {
   encoder e;
   size_t total = blocks->first[blocks->level_count];
-  vt_status status = make_encoder(ctx, blocks, out, &e);
+  vt_status status = make_encoder(ctx, blocks, search_flat, out, &e);
   if (!status) status = vt_parallel(ctx, total, BLOCK, encode_block, &e);
   error_sums sum = {0};
   for (size_t b = 0; !status && b * BLOCK < total; b++) {
@@ -315,7 +319,7 @@ vt_status vt_compress_tree(vt_context *ctx, const vt_compress_desc *desc, const 
   vt_progress(ctx, "compress", 0.5);
   report.seconds_training = vt_seconds() - start;
   start = vt_seconds();
-  if (!status) status = encode_tiles(ctx, &blocks, out, &report);
+  if (!status) status = encode_tiles(ctx, &blocks, !desc->set_flat_aside, out, &report);
   vt_progress(ctx, "compress", 1);
   if (status) {
     vt_free_tree(ctx, out);

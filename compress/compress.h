@@ -24,6 +24,8 @@ typedef struct vt_compress_desc {
   double stop_gain;      // stop when an iteration lowers the distortion by less than this share
   uint32_t training_tiles; // at most so many tiles train the codebooks (all are encoded); 0: all
   uint64_t seed;
+  bool set_flat_aside; // wholly transparent and wholly opaque tiles have codewords of their own, and are neither trained on
+                       // nor searched for; false (for `voltree bench skips`): they are vectors like all others
 } vt_compress_desc;
 vt_compress_desc vt_default_compress_desc(void);
 

@@ -6,7 +6,9 @@
 #include "datasets-synthetic/grow.h"
 #include "datasets-synthetic/mesh.h"
 
-// Adds `leaf_count` leaves to the twigs; fewer leaves are larger. VT_OUT_OF_MEMORY.
-vt_status vt_add_leaves(vt_context *, const vt_skeleton *, uint32_t seed, int leaf_count, vt_mesh *);
+vt_leaf_form vt_form_of_seed(const vt_foliage *, uint32_t seed);
+// Adds `leaf_count` leaves, or clusters of needles, of that material to the twigs; fewer leaves are larger. VT_OUT_OF_MEMORY.
+vt_status vt_add_leaves(vt_context *, const vt_foliage *, const vt_skeleton *, uint32_t seed, int leaf_count, int material,
+                        vt_mesh *);
 
 #endif

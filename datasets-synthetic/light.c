@@ -12,7 +12,6 @@
 // longer than a texel's slope on a leaf, or leaves are covered with stripes of their own shadow.
 
 #include "datasets-synthetic/light.h"
-#include "base/rng.h"
 #include "datasets-synthetic/rasterise.h"
 
 #include <string.h>
@@ -106,11 +105,9 @@ done:
   return status;
 }
 
-vt_status vt_light_mesh(vt_context *ctx, const vt_mesh *mesh, uint32_t seed, vt_lighting *out) {
-  vt_rng rng = vt_seed_rng(seed, 4);
-  double height = vt_random_between(&rng, 0.75, 1.0), azimuth = vt_random_between(&rng, 0, 2 * VT_PI), radius = 1e-6;
-  *out = (vt_lighting){.map_size = SUN_MAP};
-  out->sun = vt_v3(cos(height) * cos(azimuth), cos(height) * sin(azimuth), sin(height));
+vt_status vt_light_mesh(vt_context *ctx, const vt_mesh *mesh, vt_vec3 sun, vt_lighting *out) {
+  double radius = 1e-6;
+  *out = (vt_lighting){.sun = sun, .map_size = SUN_MAP};
   for (size_t v = 0; v < mesh->vertex_count; v++) radius = fmax(radius, vt_length(position_of(&mesh->vertices[v])));
   vt_status status = VT_OUT_OF_MEMORY;
   vt_projected *projected = VT_NEW(ctx, vt_projected, mesh->vertex_count);

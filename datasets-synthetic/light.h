@@ -27,7 +27,7 @@ typedef struct vt_surface_point {
   bool back; // the side that the normal points away from is seen
 } vt_surface_point;
 
-vt_status vt_light_mesh(vt_context *, const vt_mesh *, uint32_t seed, vt_lighting *out);
+vt_status vt_light_mesh(vt_context *, const vt_mesh *, vt_vec3 sun, vt_lighting *out); // sun: unit, towards it
 void vt_free_lighting(vt_context *, vt_lighting *);
 // Linear light that leaves the point, the same in all directions on the side that is seen.
 void vt_shade(const vt_lighting *, const vt_surface_point *, float colour[3]);

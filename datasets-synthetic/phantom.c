@@ -1,4 +1,4 @@
-// phantom.c - balls, shells and blobs of extinction whose line integrals are known
+// phantom.c - balls, shells, blobs, boxes and ellipsoids of extinction whose line integrals are known
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A ray x(s) = o + s d, |d| = 1, has the optical depth tau = integral of sigma(x(s)) ds and the alpha 1 - exp(-tau).
@@ -8,25 +8,22 @@
 //   of
 //          |c_i - o|^2 - m^2, which cancels far away),
 //          tau = sum_i p_i exp(-h^2 / (2 w_i^2)) w_i sqrt(pi/2) [erf((s - m) / (w_i sqrt 2))] from near to far
-// A pixel's alpha is the mean of 1 - exp(-tau) over its samples; the mean of tau would be wrong where tau bends.
-// Colour varies linearly through space, and a ray's colour is its emission-weighted mean: the ray is cut into steps,
-// each step weighs as much as transmittance drops over it (exact, from the closed form) and shows the colour of its
-// middle.
+//   solids sigma = sum_i p_i [M_i (x - c_i) in the unit cube or ball]: M_i takes the ray to a ray, whose chord there is
+//          that of three slabs or of a sphere, in the same s; sigma is then a row of steps along the ray
+// The mean distance of what stops a ray is the sum over pieces on which tau is linear: a piece of depth delta stops a
+// share 1 - exp(-delta) of what reaches it, on average at 1/delta - 1/(exp(delta) - 1) of its length. All phantoms but
+// the blobs are linear between their surfaces; along these the pieces are short.
 
 #include "datasets-synthetic/phantom.h"
 #include "base/rng.h"
 
-enum { COLOUR_STEPS = 16 };
+enum { BLOB_PIECES = 128 };
 
-vt_phantom vt_make_phantom(const vt_synthetic_desc *desc) {
-  VT_ASSERT(desc->cookie == VT_COOKIE && desc->kind != VT_SYNTHETIC_TREE);
-  vt_phantom p = {.kind = desc->kind, .extinction = desc->peak_extinction, .radius = 1};
-  if (desc->kind == VT_SYNTHETIC_SHELL) p.inner = 0.7;
-  if (desc->kind != VT_SYNTHETIC_BLOBS) return p;
+static void add_blobs(const vt_synthetic_desc *desc, vt_phantom *p) {
   vt_rng rng = vt_seed_rng(desc->seed, 5);
-  p.blob_count = 6 + (int)(vt_random(&rng) % (VT_BLOB_LIMIT - 5));
-  for (int i = 0; i < p.blob_count; i++) {
-    vt_blob *blob = &p.blobs[i];
+  p->blob_count = 6 + (int)(vt_random(&rng) % (VT_BLOB_LIMIT - 5));
+  for (int i = 0; i < p->blob_count; i++) {
+    vt_blob *blob = &p->blobs[i];
     double z = vt_random_between(&rng, -1, 1), angle = vt_random_between(&rng, 0, 2 * VT_PI), r = sqrt(1 - z * z);
     blob->deviation = vt_random_between(&rng, 0.1, 0.18);
     blob->peak = vt_random_between(&rng, 0.4, 1);
@@ -34,13 +31,31 @@ vt_phantom vt_make_phantom(const vt_synthetic_desc *desc) {
     blob->centre = vt_v3(away * r * cos(angle), away * r * sin(angle), away * z);
   }
   double highest = 0; // where blobs overlap their sum counts
-  for (int i = 0; i < p.blob_count; i++) highest = fmax(highest, vt_phantom_extinction(&p, p.blobs[i].centre));
-  for (int i = 0; i < p.blob_count; i++) p.blobs[i].peak *= desc->peak_extinction / highest;
+  for (int i = 0; i < p->blob_count; i++) highest = fmax(highest, vt_phantom_extinction(p, p->blobs[i].centre));
+  for (int i = 0; i < p->blob_count; i++) p->blobs[i].peak *= desc->peak_extinction / highest;
+}
+
+vt_phantom vt_make_phantom(const vt_synthetic_desc *desc) {
+  VT_ASSERT(desc->cookie == VT_COOKIE && vt_is_phantom(desc->kind));
+  vt_phantom p = {.kind = desc->kind, .extinction = desc->peak_extinction, .radius = 1};
+  if (desc->kind == VT_SYNTHETIC_SHELL) p.inner = 0.7;
+  if (desc->kind == VT_SYNTHETIC_BLOBS) add_blobs(desc, &p);
+  if (desc->kind == VT_SYNTHETIC_COMB) vt_add_comb(desc, &p);
+  if (desc->kind == VT_SYNTHETIC_CROWN) vt_add_crown(desc, &p);
   return p;
 }
 
+static bool is_round(vt_synthetic_kind kind) {
+  return kind == VT_SYNTHETIC_BALL || kind == VT_SYNTHETIC_SHELL;
+}
+
+static bool is_inside(const vt_solid *solid, vt_vec3 point) {
+  vt_vec3 q = vt_mul(&solid->unit_from_world, vt_sub(point, solid->centre));
+  return solid->box ? fabs(q.x) <= 1 && fabs(q.y) <= 1 && fabs(q.z) <= 1 : vt_dot(q, q) <= 1;
+}
+
 double vt_phantom_extinction(const vt_phantom *p, vt_vec3 point) {
-  if (p->kind != VT_SYNTHETIC_BLOBS) {
+  if (is_round(p->kind)) {
     double distance = vt_length(point);
     return distance <= p->radius && distance >= p->inner ? p->extinction : 0;
   }
@@ -49,33 +64,79 @@ double vt_phantom_extinction(const vt_phantom *p, vt_vec3 point) {
     vt_vec3 away = vt_sub(point, p->blobs[i].centre);
     sum += p->blobs[i].peak * exp(-vt_dot(away, away) / (2 * p->blobs[i].deviation * p->blobs[i].deviation));
   }
+  for (int i = 0; i < p->solid_count; i++)
+    if (is_inside(&p->solids[i], point)) sum += p->solids[i].extinction;
   return sum;
 }
 
-typedef struct lobe { // a blob along a ray: its depth up to s is half_depth (1 + erf((s - middle) width))
-  double half_depth, middle, width;
-} lobe;
+void vt_phantom_near(const vt_phantom *p, vt_vec3 centre, double radius, vt_phantom *out) {
+  out->kind = p->kind, out->extinction = p->extinction, out->inner = p->inner, out->radius = p->radius;
+  out->blob_count = out->solid_count = 0;
+  for (int i = 0; i < p->blob_count; i++) // beyond 9 deviations a blob is below 1e-17 of its peak
+    if (vt_length(vt_sub(centre, p->blobs[i].centre)) < radius + 9 * p->blobs[i].deviation)
+      out->blobs[out->blob_count++] = p->blobs[i];
+  for (int i = 0; i < p->solid_count; i++)
+    if (vt_length(vt_sub(centre, p->solids[i].centre)) < radius + p->solids[i].reach)
+      out->solids[out->solid_count++] = p->solids[i];
+}
 
-typedef struct profile {                   // the phantom along a ray
-  double extinction, middle, outer, inner; // ball and shell: between middle -+ outer, but not between middle -+ inner
-  int lobe_count;
-  lobe lobes[VT_BLOB_LIMIT];
-} profile;
+// ---- along a ray
 
 static double half_chord(double radius, double distance_squared) {
   double square = radius * radius - distance_squared;
   return square > 0 ? sqrt(square) : 0;
 }
 
-static void make_profile(const vt_phantom *p, const vt_ray *ray, profile *out) {
-  out->lobe_count = 0;
-  if (p->kind != VT_SYNTHETIC_BLOBS) {
-    out->middle = -vt_dot(ray->origin, ray->direction), out->extinction = p->extinction;
+// Where a ray, taken to a solid's own space, is within the unit ball or cube. False if nowhere.
+static bool cross_ball(vt_vec3 q, vt_vec3 d, double *from, double *to) {
+  double square = vt_dot(d, d), middle = -vt_dot(q, d) / square;
+  vt_vec3 closest = vt_add(q, vt_scale(d, middle));
+  double half = half_chord(1, vt_dot(closest, closest)) / sqrt(square);
+  *from = middle - half, *to = middle + half;
+  return half > 0;
+}
+
+static bool cross_cube(vt_vec3 q, vt_vec3 d, double *from, double *to) {
+  double place[3] = {q.x, q.y, q.z}, slope[3] = {d.x, d.y, d.z};
+  *from = -INFINITY, *to = INFINITY;
+  for (int k = 0; k < 3; k++) {
+    if (slope[k] == 0 && fabs(place[k]) > 1) return false;
+    if (slope[k] == 0) continue;
+    double a = (-1 - place[k]) / slope[k], b = (1 - place[k]) / slope[k];
+    *from = fmax(*from, fmin(a, b)), *to = fmin(*to, fmax(a, b));
+  }
+  return *to > *from;
+}
+
+static void put_step(vt_phantom_profile *r, double at, double change) {
+  int k = r->step_count++;
+  for (; k > 0 && r->steps[k - 1].at > at; k--) r->steps[k] = r->steps[k - 1];
+  r->steps[k] = (vt_phantom_step){at, change};
+}
+
+static void cross_solid(const vt_solid *solid, const vt_ray *ray, vt_phantom_profile *out) {
+  vt_vec3 to_origin = vt_sub(ray->origin, solid->centre);
+  vt_vec3 off = vt_sub(to_origin, vt_scale(ray->direction, vt_dot(to_origin, ray->direction)));
+  if (vt_dot(off, off) > solid->reach * solid->reach) return;
+  // From the point nearest to the centre: far away, small differences of large distances would be lost.
+  double nearest = -vt_dot(to_origin, ray->direction), from, to;
+  vt_vec3 q = vt_mul(&solid->unit_from_world, off), d = vt_mul(&solid->unit_from_world, ray->direction);
+  if (!(solid->box ? cross_cube(q, d, &from, &to) : cross_ball(q, d, &from, &to))) return;
+  put_step(out, nearest + from, solid->extinction);
+  put_step(out, nearest + to, -solid->extinction);
+}
+
+void vt_make_profile(const vt_phantom *p, const vt_ray *ray, vt_phantom_profile *out) {
+  out->kind = p->kind, out->lobe_count = out->step_count = 0, out->radius = p->radius;
+  out->middle = -vt_dot(ray->origin, ray->direction);
+  if (is_round(p->kind)) {
+    out->extinction = p->extinction;
     vt_vec3 closest = vt_add(ray->origin, vt_scale(ray->direction, out->middle));
     double distance_squared = vt_dot(closest, closest);
     out->outer = half_chord(p->radius, distance_squared), out->inner = half_chord(p->inner, distance_squared);
     return;
   }
+  for (int i = 0; i < p->solid_count; i++) cross_solid(&p->solids[i], ray, out);
   for (int i = 0; i < p->blob_count; i++) {
     const vt_blob *blob = &p->blobs[i];
     vt_vec3 to_centre = vt_sub(blob->centre, ray->origin);
@@ -84,7 +145,7 @@ static void make_profile(const vt_phantom *p, const vt_ray *ray, profile *out) {
     double exponent = vt_dot(off, off) * width * width;
     if (exponent > 40) continue; // less than 1e-17 of its peak
     double half_depth = blob->peak * exp(-exponent) * blob->deviation * sqrt(VT_PI / 2);
-    out->lobes[out->lobe_count++] = (lobe){half_depth, middle, width};
+    out->lobes[out->lobe_count++] = (vt_phantom_lobe){half_depth, middle, width};
   }
 }
 
@@ -96,96 +157,78 @@ static double overlap(double near, double far, double from, double to) {
   return fmax(0, fmin(far, to) - fmax(near, from));
 }
 
-static double profile_depth(const vt_phantom *p, const profile *r, double near, double far) {
+double vt_profile_depth(const vt_phantom_profile *r, double near, double far) {
   if (!(far > near)) return 0;
-  if (p->kind != VT_SYNTHETIC_BLOBS) {
+  if (is_round(r->kind)) {
     double whole = overlap(near, far, r->middle - r->outer, r->middle + r->outer);
     return r->extinction * (whole - overlap(near, far, r->middle - r->inner, r->middle + r->inner));
   }
-  double sum = 0;
+  double sum = 0, extinction = 0;
   for (int i = 0; i < r->lobe_count; i++) {
-    const lobe *l = &r->lobes[i];
+    const vt_phantom_lobe *l = &r->lobes[i];
     sum += l->half_depth * (erf_at((far - l->middle) * l->width) - erf_at((near - l->middle) * l->width));
   }
-  return sum;
+  for (int i = 0; i + 1 < r->step_count; i++) {
+    extinction += r->steps[i].change;
+    sum += extinction * overlap(near, far, r->steps[i].at, r->steps[i + 1].at);
+  }
+  return fmax(sum, 0);
 }
 
 double vt_phantom_depth(const vt_phantom *p, const vt_ray *ray, double near, double far) {
-  profile r;
-  make_profile(p, ray, &r);
-  return profile_depth(p, &r, near, far);
+  vt_phantom_profile r;
+  vt_make_profile(p, ray, &r);
+  return vt_profile_depth(&r, near, far);
 }
 
-void vt_phantom_colour(vt_vec3 point, double colour[3]) {
-  double values[3] = {0.42 + 0.22 * point.x, 0.55 + 0.2 * point.z, 0.34 + 0.2 * point.y};
-  for (int k = 0; k < 3; k++) colour[k] = fmin(fmax(values[k], 0), 1);
+// ---- the mean distance
+
+typedef struct integral { // so far
+  double depth, passed;   // optical depth, exp of minus it
+  double stopped, first;  // share stopped, and its first moment
+} integral;
+
+// Where on a piece of linear tau what it stops is stopped on average, 0..1.
+static double mean_place(double depth) {
+  return depth > 1e-3 ? 1 / depth - 1 / expm1(depth) : 0.5 - depth / 12;
 }
 
-// Of a ray whose origin is outside.
-static void ray_colour(const vt_phantom *p, const vt_ray *ray, double colour[3]) {
-  double middle = -vt_dot(ray->origin, ray->direction), near = middle - p->radius, step = 2 * p->radius / COLOUR_STEPS;
-  double passed = 1, weight = 0, sum[3] = {0, 0, 0};
-  profile r;
-  make_profile(p, ray, &r);
-  for (int k = 0; k < COLOUR_STEPS; k++) {
-    double from = near + k * step;
-    double left = exp(-profile_depth(p, &r, -INFINITY, from + step)), here[3];
-    vt_phantom_colour(vt_add(ray->origin, vt_scale(ray->direction, from + 0.5 * step)), here);
-    for (int c = 0; c < 3; c++) sum[c] += (passed - left) * here[c];
-    weight += passed - left, passed = left;
+static void add_piece(integral *sum, double from, double length, double depth) {
+  double stopped = -sum->passed * expm1(-depth);
+  sum->stopped += stopped, sum->first += stopped * (from + length * mean_place(depth));
+  sum->depth += depth, sum->passed = exp(-sum->depth);
+}
+
+// Adds the piece up to `to`, if it begins before.
+static void go_on(const vt_phantom_profile *r, double *from, double to, integral *sum) {
+  if (!(to > *from)) return;
+  add_piece(sum, *from, to - *from, vt_profile_depth(r, *from, to));
+  *from = to;
+}
+
+void vt_phantom_first_moment(const vt_phantom *p, const vt_ray *ray, double near, double far, double *alpha,
+                             double *mean) {
+  vt_phantom_profile r;
+  integral sum = {.passed = 1};
+  vt_make_profile(p, ray, &r);
+  if (r.step_count) { // close round what there is: rays are long
+    near = fmax(near, r.steps[0].at), far = fmin(far, r.steps[r.step_count - 1].at);
+  } else {
+    near = fmax(near, r.middle - r.radius), far = fmin(far, r.middle + r.radius);
   }
-  for (int c = 0; c < 3; c++) colour[c] = weight > 0 ? sum[c] / weight : 0;
-}
-
-typedef struct phantom_job {
-  vt_context *context;
-  const vt_phantom *phantom;
-  int supersample;
-  vt_views *views;
-} phantom_job;
-
-static uint8_t byte_of(double unit) {
-  return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5);
-}
-
-static void photograph_pixel(const phantom_job *job, const vt_camera *camera, int px, int py, uint8_t out[4]) {
-  int s = job->supersample;
-  double sum = 0, sum_x = 0, sum_y = 0;
-  for (int j = 0; j < s; j++)
-    for (int i = 0; i < s; i++) {
-      double x = px + (i + 0.5) / s, y = py + (j + 0.5) / s;
-      vt_ray ray = vt_camera_ray(camera, x, y);
-      double alpha = -expm1(-vt_phantom_depth(job->phantom, &ray, 0, INFINITY));
-      sum += alpha, sum_x += alpha * x, sum_y += alpha * y;
-    }
-  out[3] = byte_of(sum / (s * s));
-  if (!out[3]) return;
-  double colour[3]; // of the ray where the pixel's alpha is: at an edge its centre may miss the phantom
-  vt_ray ray = vt_camera_ray(camera, sum_x / sum, sum_y / sum);
-  ray_colour(job->phantom, &ray, colour);
-  for (int k = 0; k < 3; k++) out[k] = byte_of(colour[k]);
-}
-
-static void photograph_views(void *user, size_t begin, size_t end, int worker) {
-  phantom_job *job = user;
-  for (size_t i = begin; i < end; i++) {
-    vt_view *view = &job->views->items[i];
-    size_t width = (size_t)view->picture.width;
-    if (worker == 0) vt_progress(job->context, "photograph", (double)i / job->views->count);
-    for (int y = 0; y < view->picture.height && !vt_cancelled(job->context); y++)
-      for (int x = 0; x < view->picture.width; x++)
-        photograph_pixel(job, &view->camera, x, y, view->picture.pixels + 4 * ((size_t)y * width + (size_t)x));
+  double at = near, extinction = 0;
+  if (is_round(r.kind)) {
+    double ends[4] = {r.middle - r.outer, r.middle - r.inner, r.middle + r.inner, r.middle + r.outer};
+    for (int k = 0; k < 4; k++) go_on(&r, &at, fmin(ends[k], far), &sum);
   }
-}
-
-vt_status vt_photograph_phantom(vt_context *ctx, const vt_phantom *phantom, int supersample, vt_views *views) {
-  phantom_job job = {ctx, phantom, supersample, views};
-  vt_status status = VT_OK;
-  for (int i = 0; i < views->count && !status; i++) {
-    const vt_camera *camera = &views->items[i].camera;
-    status = vt_make_image(ctx, camera->width, camera->height, 4, &views->items[i].picture);
+  for (int k = 1; k <= BLOB_PIECES && r.lobe_count; k++)
+    go_on(&r, &at, fmin(r.middle + r.radius * (2.0 * k / BLOB_PIECES - 1), far), &sum);
+  for (int i = 0; i < r.step_count; i++) {
+    double to = fmin(r.steps[i].at, far);
+    if (to > at) add_piece(&sum, at, to - at, fmax(extinction, 0) * (to - at)), at = to;
+    extinction += r.steps[i].change;
   }
-  if (!status) status = vt_parallel(ctx, (size_t)views->count, 1, photograph_views, &job);
-  vt_progress(ctx, "photograph", 1);
-  return status;
+  go_on(&r, &at, far, &sum);
+  *alpha = -expm1(-sum.depth);
+  *mean = sum.stopped > 0 ? sum.first / sum.stopped : INFINITY;
 }

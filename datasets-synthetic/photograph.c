@@ -6,46 +6,39 @@
 // bands of rows whose samples fit the cache, and each worker has one band.
 
 #include "datasets-synthetic/photograph.h"
+#include "datasets-synthetic/encode.h"
 #include "datasets-synthetic/rasterise.h"
 
-enum { BAND_SAMPLES = 1 << 18, ENCODE_STEPS = 4096 };
+enum { BAND_SAMPLES = 1 << 18 };
 
 typedef struct photo_job {
   vt_context *context;
   const vt_mesh *mesh;
   const vt_lighting *lighting;
+  const vt_wind *wind;
   vt_views *views;
   int supersample, band_rows; // band_rows: pixel rows at a time
   size_t band_samples;
-  vt_projected *projected;        // [worker][vertex]
-  float *near;                    // [worker][band_samples]
-  int32_t *triangle;              // [worker][band_samples]
-  float encode[ENCODE_STEPS + 2]; // sRGB of linear light i / ENCODE_STEPS
+  vt_projected *projected; // [worker][vertex]
+  vt_vertex *moved;        // [worker][vertex]; NULL without wind
+  float *near;             // [worker][band_samples]
+  int32_t *triangle;       // [worker][band_samples]
+  vt_status *status;       // [view]
+  vt_encode_table encode;
 } photo_job;
 
-static void make_encode_table(float *table) {
-  for (int i = 0; i <= ENCODE_STEPS + 1; i++) {
-    double linear = fmin((double)i / ENCODE_STEPS, 1);
-    table[i] = (float)(linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055);
-  }
-}
-
-static float encode(const float *table, float linear) {
-  float at = fminf(fmaxf(linear, 0), 1) * ENCODE_STEPS;
-  int step = (int)at;
-  return table[step] + (table[step + 1] - table[step]) * (at - (float)step);
-}
-
-static void project_mesh(const photo_job *job, const vt_camera *camera, vt_projected *projected) {
+// False if a vertex does not stand in front of the camera, or is so close that its place has no room in an integer.
+static bool project_mesh(const photo_job *job, const vt_mesh *mesh, const vt_camera *camera, vt_projected *projected) {
   double units = (double)job->supersample * VT_SAMPLE_UNITS;
-  for (size_t v = 0; v < job->mesh->vertex_count; v++) {
-    const float *p = job->mesh->vertices[v].position;
+  for (size_t v = 0; v < mesh->vertex_count; v++) {
+    const float *p = mesh->vertices[v].position;
     vt_vec3 q = vt_to_camera(camera, vt_v3(p[0], p[1], p[2]));
-    VT_ASSERT(q.z > 0);
+    if (!(q.z > 0)) return false;
     double x = (camera->fx * q.x / q.z + camera->cx) * units, y = (camera->fy * q.y / q.z + camera->cy) * units;
-    VT_ASSERT(fabs(x) < 5e8 && fabs(y) < 5e8);
+    if (!(fabs(x) < 5e8 && fabs(y) < 5e8)) return false;
     projected[v] = (vt_projected){(int32_t)lrint(x), (int32_t)lrint(y), (float)(1 / q.z)};
   }
+  return true;
 }
 
 typedef struct seen_triangle { // what interpolation over the last triangle needs; samples often share one
@@ -89,10 +82,6 @@ static void shade_sample(const photo_job *job, const seen_triangle *seen, double
   vt_shade(job->lighting, &point, colour);
 }
 
-static uint8_t byte_of(double unit) {
-  return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5);
-}
-
 static void resolve_pixel(const photo_job *job, const vt_sample_band *band, const vt_projected *projected, int px,
                           int py, seen_triangle *seen, uint8_t out[4]) {
   int s = job->supersample, covered = 0;
@@ -104,13 +93,13 @@ static void resolve_pixel(const photo_job *job, const vt_sample_band *band, cons
       if (row[x] != seen->id) see_triangle(job, projected, row[x], seen);
       float colour[3];
       shade_sample(job, seen, (double)vt_sample_centre(x), (double)vt_sample_centre(y), colour);
-      for (int c = 0; c < 3; c++) sum[c] += encode(job->encode, colour[c]);
+      for (int c = 0; c < 3; c++) sum[c] += vt_encode(&job->encode, colour[c]);
       covered++;
     }
   }
   if (!covered) return;
-  for (int c = 0; c < 3; c++) out[c] = byte_of(sum[c] / covered);
-  out[3] = byte_of((double)covered / (s * s));
+  for (int c = 0; c < 3; c++) out[c] = vt_byte_of(sum[c] / covered);
+  out[3] = vt_byte_of((double)covered / (s * s));
 }
 
 static void photograph_views(void *user, size_t begin, size_t end, int worker) {
@@ -120,7 +109,19 @@ static void photograph_views(void *user, size_t begin, size_t end, int worker) {
     vt_view *view = &job->views->items[i];
     int width = view->picture.width, height = view->picture.height;
     if (worker == 0) vt_progress(job->context, "photograph", (double)i / job->views->count);
-    project_mesh(job, &view->camera, projected);
+    vt_mesh mesh = *job->mesh;
+    if (job->moved) {
+      mesh.vertices = job->moved + (size_t)worker * mesh.vertex_count;
+      vt_blow(job->wind, job->mesh, vt_gust_of(job->views, (int)i), mesh.vertices);
+    }
+    if (!project_mesh(job, &mesh, &view->camera, projected)) {
+      VT_ASSERT(job->moved);
+      job->status[i] = vt_fail(job->context, VT_BAD_INPUT,
+                               "synthetic capture: wind of %g blows leaves into the camera of %s; "
+                               "give less wind or a narrower fov_y",
+                               job->wind->amplitude, view->name);
+      continue;
+    }
     for (int top = 0; top < height && !vt_cancelled(job->context); top += job->band_rows) {
       int bottom = top + job->band_rows < height ? top + job->band_rows : height;
       vt_sample_band band = {.width = width * job->supersample,
@@ -139,10 +140,11 @@ static void photograph_views(void *user, size_t begin, size_t end, int worker) {
   }
 }
 
-vt_status vt_photograph_mesh(vt_context *ctx, const vt_mesh *mesh, const vt_lighting *lighting, int supersample,
-                             vt_views *views) {
+vt_status vt_photograph_mesh(vt_context *ctx, const vt_mesh *mesh, const vt_lighting *lighting, const vt_wind *wind,
+                             int supersample, vt_views *views) {
   size_t workers = (size_t)vt_thread_count(ctx), widest = 1;
-  photo_job job = {.context = ctx, .mesh = mesh, .lighting = lighting, .views = views, .supersample = supersample};
+  photo_job job = {.context = ctx, .mesh = mesh, .lighting = lighting, .wind = wind, .views = views};
+  job.supersample = supersample;
   vt_status status = VT_OK;
   for (int i = 0; i < views->count && !status; i++) {
     const vt_camera *camera = &views->items[i].camera;
@@ -153,15 +155,20 @@ vt_status vt_photograph_mesh(vt_context *ctx, const vt_mesh *mesh, const vt_ligh
   size_t row_samples = widest * (size_t)(supersample * supersample);
   job.band_rows = row_samples < BAND_SAMPLES ? (int)(BAND_SAMPLES / row_samples) : 1;
   job.band_samples = row_samples * (size_t)job.band_rows;
-  make_encode_table(job.encode);
+  vt_make_encode_table(&job.encode);
   status = VT_OUT_OF_MEMORY;
   job.projected = VT_NEW(ctx, vt_projected, workers * mesh->vertex_count);
+  if (wind->amplitude > 0) job.moved = VT_NEW(ctx, vt_vertex, workers * mesh->vertex_count);
+  job.status = VT_NEW(ctx, vt_status, (size_t)views->count);
   job.near = VT_NEW(ctx, float, workers *job.band_samples);
   job.triangle = VT_NEW(ctx, int32_t, workers * job.band_samples);
-  if (job.projected && job.near && job.triangle)
+  if (job.projected && job.near && job.triangle && job.status && (job.moved || !(wind->amplitude > 0)))
     status = vt_parallel(ctx, (size_t)views->count, 1, photograph_views, &job);
+  for (int i = 0; i < views->count && !status; i++) status = job.status[i];
   vt_progress(ctx, "photograph", 1);
+  vt_free(ctx, job.status);
   vt_free(ctx, job.projected);
+  vt_free(ctx, job.moved);
   vt_free(ctx, job.near);
   vt_free(ctx, job.triangle);
   return status;

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include "datasets-synthetic/synthetic.h"
-#include "datasets-synthetic/bark.h"
-#include "datasets-synthetic/grow.h"
-#include "datasets-synthetic/leaves.h"
 #include "datasets-synthetic/light.h"
 #include "datasets-synthetic/phantom.h"
 #include "datasets-synthetic/photograph.h"
+#include "datasets-synthetic/photograph_traced.h"
 #include "datasets-synthetic/rig.h"
+#include "datasets-synthetic/sky.h"
+#include "datasets-synthetic/tree.h"
 
 vt_synthetic_desc vt_default_synthetic_desc(void) {
   return (vt_synthetic_desc){.cookie = VT_COOKIE,
@@ -24,6 +24,13 @@ vt_synthetic_desc vt_default_synthetic_desc(void) {
                              .peak_extinction = 4};
 }
 
+const char *vt_synthetic_name(vt_synthetic_kind kind) {
+  static const char *const names[] = {"tree", "oak",  "pine",  "small_oak", "birch", "willow",
+                                      "mesh", "ball", "shell", "blobs",     "comb",  "crown"};
+  VT_ASSERT((size_t)kind < sizeof names / sizeof *names);
+  return names[kind];
+}
+
 static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
   const struct {
     const char *name;
@@ -34,7 +41,11 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
                 {"width", d->width, 1, 8192},
                 {"height", d->height, 1, 8192},
                 {"supersample", d->supersample, 1, 8},
-                {"leaf_count", d->leaf_count, 0, 1000000}};
+                {"leaf_count", d->leaf_count, -1, 1000000},
+                {"rig", (int)d->rig, VT_RIG_SPIRAL, VT_RIG_HANDHELD},
+                {"backdrop", (int)d->backdrop, VT_BACKDROP_NONE, VT_BACKDROP_STUDIO},
+                {"light_path", (int)d->light_path, VT_RASTERISED, VT_RAY_TRACED},
+                {"sun", d->sun, 0, 1000000}};
   for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
     if (counts[i].value < counts[i].low || counts[i].value > counts[i].high)
       return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: %s is %d; give %d to %d", counts[i].name, counts[i].value,
@@ -44,29 +55,57 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
   if (!(d->peak_extinction > 0 && d->peak_extinction <= 1e6))
     return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: peak_extinction is %g; give more than 0 and at most 1e6",
                    d->peak_extinction);
+  if (!(d->wind >= 0 && d->wind <= 0.5))
+    return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: wind is %g; give 0 to 0.5", d->wind);
+  if (d->light_path == VT_RAY_TRACED && !vt_is_phantom(d->kind) && !vt_can_trace_rays())
+    return vt_fail(ctx, VT_MISSING_PROGRAM,
+                   "synthetic capture: ray tracing needs Embree, which this build lacks; install "
+                   "libembree-dev and build again, or take rasterised photographs");
   return VT_OK;
 }
 
-static vt_status grow_tree(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *mesh) {
-  vt_skeleton skeleton = {0};
-  vt_status status = vt_grow_skeleton(ctx, desc->seed, &skeleton);
-  if (!status) status = vt_add_bark(ctx, &skeleton, desc->seed, mesh);
-  if (!status) status = vt_add_leaves(ctx, &skeleton, desc->seed, desc->leaf_count, mesh);
+static vt_status make_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *mesh) {
+  if (vt_is_grown(desc->kind)) return vt_grow_tree(ctx, desc->kind, desc->seed, desc->leaf_count, mesh);
+  if (!desc->mesh_path) return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: kind mesh needs a file; give mesh_path (--mesh FILE)");
+  vt_status status = vt_read_mesh(ctx, desc->mesh_path, mesh);
   if (!status) vt_centre_mesh(mesh, 2);
-  vt_free_skeleton(ctx, &skeleton);
   return status;
 }
 
-static vt_status make_tree_views(vt_context *ctx, const vt_synthetic_desc *desc, vt_views *out) {
-  vt_mesh mesh = {0};
+vt_status vt_make_synthetic_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *out) {
+  VT_ASSERT(desc->cookie == VT_COOKIE);
+  *out = (vt_mesh){0};
+  vt_status status = check_desc(ctx, desc);
+  if (status) return status;
+  VT_ASSERT(!vt_is_phantom(desc->kind));
+  status = make_mesh(ctx, desc, out);
+  if (status) vt_free_mesh(ctx, out);
+  return status;
+}
+
+static vt_status photograph_rasterised(vt_context *ctx, const vt_synthetic_desc *desc, const vt_mesh *mesh, vt_vec3 sun,
+                                       const vt_wind *wind, vt_views *views) {
   vt_lighting lighting = {0};
-  vt_status status = grow_tree(ctx, desc, &mesh);
-  if (!status) status = vt_light_mesh(ctx, &mesh, desc->seed, &lighting);
-  if (!status) status = vt_make_rig(ctx, desc, &mesh, 0, out);
-  if (!status) status = vt_photograph_mesh(ctx, &mesh, &lighting, desc->supersample, out);
-  vt_log(ctx, VT_LOG_VERBOSE, "tree %u: %zu vertices, %zu triangles", desc->seed, mesh.vertex_count,
-         mesh.triangle_count);
+  vt_status status = vt_light_mesh(ctx, mesh, sun, &lighting);
+  if (!status) status = vt_photograph_mesh(ctx, mesh, &lighting, wind, desc->supersample, views);
   vt_free_lighting(ctx, &lighting);
+  return status;
+}
+
+static vt_status make_mesh_views(vt_context *ctx, const vt_synthetic_desc *desc, vt_views *out) {
+  vt_mesh mesh = {0};
+  vt_wind wind = {0};
+  vt_vec3 sun = vt_sun_direction(desc->seed, desc->sun);
+  vt_status status = make_mesh(ctx, desc, &mesh);
+  if (!status) status = vt_make_wind(ctx, &mesh, desc->seed, desc->wind, &wind);
+  if (!status) status = vt_make_rig(ctx, desc, &mesh, 0, out);
+  if (!status && desc->light_path == VT_RASTERISED)
+    status = photograph_rasterised(ctx, desc, &mesh, sun, &wind, out);
+  else if (!status)
+    status = vt_photograph_traced(ctx, &mesh, sun, &wind, desc->supersample, out);
+  vt_log(ctx, VT_LOG_VERBOSE, "%s %u: %zu vertices, %zu triangles", vt_synthetic_name(desc->kind), desc->seed,
+         mesh.vertex_count, mesh.triangle_count);
+  vt_free_wind(ctx, &wind);
   vt_free_mesh(ctx, &mesh);
   return status;
 }
@@ -76,8 +115,8 @@ vt_status vt_make_synthetic_views(vt_context *ctx, const vt_synthetic_desc *desc
   *out = (vt_views){0};
   vt_status status = check_desc(ctx, desc);
   if (status) return status;
-  if (desc->kind == VT_SYNTHETIC_TREE) {
-    status = make_tree_views(ctx, desc, out);
+  if (!vt_is_phantom(desc->kind)) {
+    status = make_mesh_views(ctx, desc, out);
   } else {
     vt_phantom phantom = vt_make_phantom(desc);
     status = vt_make_rig(ctx, desc, NULL, phantom.radius, out);

@@ -90,30 +90,34 @@ bool vt_find_scene(const char *name, vt_synthetic_desc *out);    // false, and `
 typedef struct vt_damage_desc {
   uint32_t cookie;
   uint64_t seed;
-  double noise;             // sensor noise at mid grey, deviation of encoded values 0..1 (shot noise: it grows with the light)
-  double blur;              // deviation of a Gaussian over the whole photograph, pixels
-  int jpeg_quality;         // 1..100; 0: no JPEG
-  double exposure;          // stops, per photograph
-  double white_balance;     // ln of the gains of red and of blue, per photograph
-  double distortion;        // k1 of the radial model; the picture is bent, the camera still says pinhole
-  double pose_degrees;      // rotation of each camera about its centre that its pose does not know
-  double pose_share;        // displacement of each camera, share of its distance from the origin
-  double focal_share;       // one common relative error of the focal lengths (not drawn: exactly this)
-  double matte_erosion;     // pixels; negative: dilation
-  double matte_blur;        // deviation of a Gaussian over alpha alone, pixels
-  double matte_holes;       // share of the covered area lost in round holes of 2 to 4 pixels
-  double matte_noise;       // deviation of alpha, 0..1, before it is rounded to 8 bits
+  double noise;             // sensor noise at mid grey, deviation of encoded values, 0..0.5 (shot noise: it grows with the
+                            // light, counted before the white balance)
+  double blur;              // deviation of a Gaussian over the whole photograph, in linear light, pixels, 0..50
+  int jpeg_quality;         // 1..100; 0: no JPEG. 4:2:0, the standard's tables
+  double exposure;          // stops, per photograph, 0..4
+  double white_balance;     // ln of the gains of red and of blue, per photograph, 0..1
+  double distortion;        // k1 of the radial model, -0.5..0.5; the picture and its matte are bent, the camera still says
+                            // pinhole. x_bent = x (1 + k1 r^2), x over z of the camera
+  double pose_degrees;      // rotation of each camera about its centre that its pose does not know, 0..90
+  double pose_share;        // displacement of each camera, share of its distance from the origin, 0..0.5
+  double focal_share;       // one common relative error of the focal lengths (not drawn: exactly this), -0.5..0.5
+  double matte_erosion;     // pixels, -16..16; negative: dilation
+  double matte_blur;        // deviation of a Gaussian over alpha alone, pixels, 0..50
+  double matte_holes;       // share of the covered area lost in round holes of 2 to 4 pixels across, 0..0.9
+  double matte_noise;       // deviation of alpha, 0..1, before it is rounded to 8 bits; where nothing is, too
 } vt_damage_desc;
 vt_damage_desc vt_default_damage_desc(void); // no damage
-// Changes pictures and cameras in place: sensor first, then lens, JPEG, matte, pose. Same desc, same bits, for any number of
-// threads. VT_BAD_INPUT where an amount is out of range.
+// Changes pictures and cameras in place, in the order in which light meets these things: lens (distortion, then blur),
+// exposure, sensor, white balance, JPEG, matte, pose. What a view draws depends on the seed and on its place among the views
+// alone, not on other amounts. Photographs that are opaque everywhere (before a backdrop) have no matte to damage. Same desc,
+// same bits, for any number of threads. VT_BAD_INPUT where an amount is out of range, VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_damage_views(vt_context *, const vt_damage_desc *, vt_views *);
 
 // ==== meshes =========================================================================================================
 
 typedef struct vt_material {
   char name[64];
-  float albedo[3];       // linear light 0..1, times the vertex' own and the texture's
+  float albedo[3];       // times the vertex' own and the texture's, linear light; above 1 where it makes up for a dark texture
   float translucency[3]; // light let through, as a share of light reflected, each channel; thin materials only
   float specular;        // reflectance at normal incidence, 0..1
   float roughness;       // 0 (mirror)..1
@@ -164,7 +168,7 @@ double vt_true_extinction(const vt_truth *, vt_vec3 point); // phantoms only (as
 // Cells of a cubic grid: origin (corner) and edge of the root, axis_cells along it; xyz[count]. extinction[count]: mean of the
 // cell, per world unit (meshes: half the area of its surfaces, each solid's counted once in two, over its volume: the mean over
 // all directions of what it would stop if it were spread evenly). area[count] or NULL: one-sided leaf area, world units squared
-// (phantoms: 0). Exact for meshes (triangles are clipped to cells); phantoms by a rule of 4^3 points.
+// (phantoms: 0). Exact for meshes (triangles are clipped to cells); phantoms from 4x4 closed-form chords along each axis.
 vt_status vt_true_cells(vt_context *, const vt_truth *, vt_vec3 origin, double edge, int axis_cells, size_t count,
                         const uint16_t (*xyz)[3], float *extinction, float *area_or_null);
 // One channel each, of the camera's size: alpha 0..1, and depth (z of the camera, world units; the nearest surface, or the

@@ -44,7 +44,8 @@ typedef struct picture {
   const vt_tiles *tiles;
   const vt_camera *camera;
   int level_number, texel_edge, view_count; // view_count 0: flat
-  bool packed, geometric;
+  bool packed, geometric, skip_outside;
+  float least_transmittance; // at which a ray ends
   int view[VT_MAX_BLEND_VIEWS];
   float weight[VT_MAX_BLEND_VIEWS];
   projector projectors[VT_MAX_BLEND_VIEWS];
@@ -213,7 +214,7 @@ static void composite_pixel(const picture *p, int x, int y, vt_segment *segments
   pixel_ray ray;
   aim(p, x + 0.5, y + 0.5, &ray);
   float transmittance = 1, sum[3] = {0}, shown[4];
-  for (size_t i = 0; i < count && transmittance >= OPAQUE_ENOUGH; i++) {
+  for (size_t i = 0; i < count && transmittance >= p->least_transmittance; i++) {
     if (!p->view_count) show_flat(p, &segments[i], shown);
     else if (p->geometric) show_geometric(p, &ray, &segments[i], shown);
     else show_sum(p, &ray, &segments[i], shown);
@@ -240,16 +241,37 @@ static void composite_blocks(void *user, size_t begin, size_t end, int worker) {
 
 // ---- a picture
 
+typedef struct frustum { // a point X before the eye is in the picture where all normal . (X - eye) >= 0
+  vt_vec3 normal[5]; // unit, pointing inwards: left, right, top, bottom, forward
+} frustum;
+
+static frustum make_frustum(const vt_camera *c) {
+  const vt_vec3 inwards[5] = {{c->fx, 0, c->cx}, {-c->fx, 0, c->width - c->cx}, {0, c->fy, c->cy},
+                              {0, -c->fy, c->height - c->cy}, {0, 0, 1}};
+  frustum f;
+  for (int i = 0; i < 5; i++) f.normal[i] = vt_normalise(vt_mul_transposed(&c->rotation, inwards[i]));
+  return f;
+}
+
+// Whether the ball around a cell, at `centre` from the eye in cell edges, is beyond one of the planes.
+static inline bool is_outside(const frustum *f, vt_vec3 centre) {
+  for (int i = 0; i < 5; i++)
+    if (vt_dot(f->normal[i], centre) < -0.8661) return true; // sqrt(3) / 2
+  return false;
+}
+
 static void place_cells(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   const picture *p = user;
   const vt_level *level = p->level;
   const vt_tree *tree = p->tree;
   vt_vec3 forward = vt_camera_forward(p->camera);
+  frustum picture_frustum = make_frustum(p->camera);
   double edge = vt_cell_edge(&tree->octree, p->level_number), half = 0.5 * level->axis_cells - 0.5;
   for (size_t i = begin; i < end; i++) {
-    p->plane[i] = (float)(forward.x * (level->x[i] - half) + forward.y * (level->y[i] - half) +
-                          forward.z * (level->z[i] - half));
+    vt_vec3 at = {level->x[i] - half, level->y[i] - half, level->z[i] - half};
+    if (p->skip_outside && is_outside(&picture_frustum, vt_sub(at, p->eye))) continue; // no ray will ask for it
+    p->plane[i] = (float)vt_dot(forward, at);
     vt_vec3 centre = vt_cell_centre(&tree->octree, p->level_number, (uint32_t)i);
     for (int v = 0; v < p->view_count; v++) {
       uint32_t tile = p->tiles->tile_of[(size_t)p->view[v] * level->cell_count + i];
@@ -293,6 +315,11 @@ static void prepare(picture *p, const vt_view_weights *weights) {
 
 vt_status vt_composite(vt_context *context, const vt_tree *tree, int level, const vt_view_weights *weights,
                        vt_blend blend, bool flat, const vt_camera *camera, vt_fimage *out) {
+  return vt_composite_skipping(context, tree, level, weights, blend, flat, VT_SKIP_ALL, camera, out);
+}
+
+vt_status vt_composite_skipping(vt_context *context, const vt_tree *tree, int level, const vt_view_weights *weights,
+                                vt_blend blend, bool flat, unsigned skips, const vt_camera *camera, vt_fimage *out) {
   VT_ASSERT(level >= 0 && level < tree->octree.level_count && (flat || weights));
   VT_ASSERT(flat || (weights->count >= 0 && weights->count <= VT_MAX_BLEND_VIEWS));
   *out = (vt_fimage){0};
@@ -300,7 +327,9 @@ vt_status vt_composite(vt_context *context, const vt_tree *tree, int level, cons
   if (status) return status;
   picture p = {.context = context, .tree = tree, .level = &tree->octree.levels[level], .tiles = &tree->tiles[level],
                .camera = camera, .level_number = level, .texel_edge = tree->texel_edge,
-               .packed = vt_is_packed(tree), .geometric = blend == VT_BLEND_GEOMETRIC, .out = out};
+               .packed = vt_is_packed(tree), .geometric = blend == VT_BLEND_GEOMETRIC,
+               .skip_outside = (skips & VT_SKIP_OUTSIDE) != 0,
+               .least_transmittance = skips & VT_SKIP_HIDDEN ? OPAQUE_ENOUGH : 0, .out = out};
   p.view_count = flat || !p.tiles->view_count ? 0 : weights->count;
   if ((!flat && !p.view_count) || !p.level->cell_count) return VT_OK; // nothing to show
   prepare(&p, weights);

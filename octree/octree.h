@@ -202,6 +202,17 @@ typedef struct vt_view_weights {
 vt_status vt_composite(vt_context *, const vt_tree *, int level, const vt_view_weights *, vt_blend, bool flat,
                        const vt_camera *, vt_fimage *out);
 
+// Work that a picture does not need. Skipping changes no pixel by more than the transmittance at which rays end;
+// `voltree bench skips` turns each off to see what it saves.
+enum {
+  VT_SKIP_HIDDEN = 1,  // a ray ends at transmittance 1e-4
+  VT_SKIP_OUTSIDE = 2, // no billboards for cells outside the picture
+  VT_SKIP_ALL = 3
+};
+// The same picture with only those of the VT_SKIP_... in `skips` skipped; vt_composite skips all.
+vt_status vt_composite_skipping(vt_context *, const vt_tree *, int level, const vt_view_weights *, vt_blend, bool flat,
+                                unsigned skips, const vt_camera *, vt_fimage *out);
+
 // ==== the .vtree file (docs/format.md) ===============================================================================
 
 typedef struct vt_file_report {

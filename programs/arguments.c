@@ -108,6 +108,7 @@ static vt_status check_value(vt_arguments *arguments, const vt_option *option, c
   case VT_OPTION_FLAG:
     break;
   case VT_OPTION_TEXT:
+  case VT_OPTION_LIST:
     if (!*text) return complain(arguments, "--%s: its value is empty; give %s", option->name, option->value);
     break;
   case VT_OPTION_INTEGER:
@@ -197,6 +198,11 @@ static int find_letter(const vt_arguments *arguments, char letter) {
 
 static vt_status set_value(vt_arguments *arguments, int index, const char *text) {
   arguments->values[index] = text;
+  if (arguments->options[index]->kind == VT_OPTION_LIST) {
+    if (arguments->listed_count == VT_MAX_LISTED)
+      return complain(arguments, "--%s %s: one too many; give at most %d", arguments->options[index]->name, text, VT_MAX_LISTED);
+    arguments->listed[arguments->listed_count++] = (struct vt_listed){arguments->options[index], text};
+  }
   return check_value(arguments, arguments->options[index], text);
 }
 
@@ -269,6 +275,8 @@ vt_status vt_parse_arguments(const vt_verb *verb, int count, char **words, vt_ar
   }
   if (out->help || out->version) return VT_OK;
   bool only_operands = false;
+  int most = verb->operand_most > verb->operand_count ? verb->operand_most : verb->operand_count;
+  VT_ASSERT(most <= VT_MAX_OPERANDS);
   for (int i = 0; i < count; i++) {
     char *word = words[i];
     const char *next = i + 1 < count ? words[i + 1] : NULL;
@@ -282,7 +290,7 @@ vt_status vt_parse_arguments(const vt_verb *verb, int count, char **words, vt_ar
       status = parse_letters(out, word, next, &used_next);
     } else if (!*word) {
       status = complain(out, "%s: an empty name was given; give %s", verb->name, verb->operands);
-    } else if (out->operand_count >= verb->operand_count) {
+    } else if (out->operand_count >= most) {
       status = complain(out, "%s: one name too many for %s; it takes %s", word, verb->name, verb->operands);
     } else {
       out->operands[out->operand_count++] = word;
@@ -308,8 +316,17 @@ bool vt_given(const vt_arguments *arguments, const char *name) {
 }
 
 const char *vt_text_of(const vt_arguments *arguments, const char *name, const char *fallback) {
-  const char *text = value_of(arguments, name, VT_OPTION_TEXT);
+  int index = find_name(arguments, name, strlen(name));
+  bool list = index >= 0 && arguments->options[index]->kind == VT_OPTION_LIST;
+  const char *text = value_of(arguments, name, list ? VT_OPTION_LIST : VT_OPTION_TEXT);
   return text ? text : fallback;
+}
+
+const char *vt_listed_of(const vt_arguments *arguments, const char *name, int i) {
+  value_of(arguments, name, VT_OPTION_LIST); // asserts the name
+  for (int k = 0; k < arguments->listed_count; k++)
+    if (!strcmp(arguments->listed[k].option->name, name) && i-- == 0) return arguments->listed[k].text;
+  return NULL;
 }
 
 int vt_integer_of(const vt_arguments *arguments, const char *name, int fallback) {

@@ -8,6 +8,7 @@
 typedef enum vt_option_kind {
   VT_OPTION_FLAG,       // takes no value
   VT_OPTION_TEXT,       // not empty
+  VT_OPTION_LIST,       // texts: may be given several times
   VT_OPTION_INTEGER,    // low..high
   VT_OPTION_NUMBER,     // low..high, finite
   VT_OPTION_CHOICE,     // one of the words of `value`, "a|b|c"
@@ -29,6 +30,7 @@ typedef struct vt_option {
 #define VT_MAX_OPTIONS 64
 #define VT_MAX_OPERANDS 4
 #define VT_MAX_TABLES 6
+#define VT_MAX_LISTED 32
 
 struct vt_session;
 struct vt_arguments;
@@ -39,7 +41,7 @@ typedef struct vt_verb {
   const char *summary;
   const char *notes; // a paragraph for the help, or ""
   const char *example;
-  int operand_count;
+  int operand_count, operand_most; // the last ones may be missing if there may be more; operand_most 0: exactly operand_count
   const vt_option *tables[VT_MAX_TABLES]; // ended by NULL
   vt_status (*run)(struct vt_session *);
 } vt_verb;
@@ -51,6 +53,11 @@ typedef struct vt_arguments {
   const vt_option *options[VT_MAX_OPTIONS];
   const char *values[VT_MAX_OPTIONS]; // by option; NULL where not given; "" of a flag
   const char *operands[VT_MAX_OPERANDS];
+  int listed_count;
+  struct vt_listed {
+    const vt_option *option;
+    const char *text;
+  } listed[VT_MAX_LISTED]; // the values of lists, in the order in which they were given
   char problem[600]; // the sentence of an error, "what: why, and what to do"
 } vt_arguments;
 
@@ -62,7 +69,8 @@ void vt_print_help(FILE *, const vt_verb *);
 
 // Values by the option's name, which must be one of the verb's (asserted); the fallback where it was not given.
 bool vt_given(const vt_arguments *, const char *name);
-const char *vt_text_of(const vt_arguments *, const char *name, const char *fallback);
+const char *vt_text_of(const vt_arguments *, const char *name, const char *fallback); // of a list: the last one
+const char *vt_listed_of(const vt_arguments *, const char *name, int i); // the i-th value of a list; NULL behind the last
 int vt_integer_of(const vt_arguments *, const char *name, int fallback);
 double vt_number_of(const vt_arguments *, const char *name, double fallback);
 int vt_choice_of(const vt_arguments *, const char *name, int fallback); // index of the word

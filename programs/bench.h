@@ -28,10 +28,11 @@ typedef struct vt_bench_table vt_bench_table;
 vt_bench_table *vt_add_table(vt_bench *, const char *name, const char *caption, const vt_bench_column *columns,
                              int column_count); // columns: copied
 void vt_add_row(vt_bench_table *, const char *label);        // labels of a table differ
+void vt_set_row_noise(vt_bench_table *, double factor);      // of the last row: so many times the columns'; > 1 where the clock decides
 void vt_put_value(vt_bench_table *, double value);           // the next cell of the last row; NAN: empty
 void vt_put_spread(vt_bench_table *, vt_spread);             // the same, with how far it was spread
-// A curve for each run of rows with the same `series` (the label up to its first '/'; NULL in `series_of`: all rows are one
-// curve), over columns by name. Logarithmic axes skip values <= 0.
+// A curve for each series (rows whose labels agree up to their first '/') if by_series, else one of all rows, in their order,
+// over columns by name. Logarithmic axes skip values <= 0.
 typedef struct vt_plot {
   const char *name, *caption, *x_column, *y_column;
   bool log_x, log_y, by_series;
@@ -53,6 +54,11 @@ void vt_bench_step(vt_bench *, int done, int total);
 vt_status vt_time_in_turn(vt_bench *, int variant_count, int repetitions, vt_status (*run)(void *user, int variant),
                           void *user, vt_spread *seconds);
 vt_spread vt_spread_of(double *values, int count); // sorts them
+#define VT_MAX_REPETITIONS 25
+int vt_repetitions_of(const vt_bench *, int usual);  // --repetitions, else what is usual here
+// --sabotage: what a suite breaks on purpose, to see whether the comparison finds it. The frontier does; others need not.
+typedef enum vt_sabotage { VT_NO_SABOTAGE, VT_SABOTAGE_SOLVER, VT_SABOTAGE_BLUR, VT_SABOTAGE_SLOW } vt_sabotage;
+vt_sabotage vt_sabotage_of(const vt_bench *);
 
 // ---- the suites (suite_NAME.c)
 typedef struct vt_suite {

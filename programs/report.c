@@ -23,6 +23,8 @@ void vt_report_metrics(vt_json_writer *json, const vt_metrics *metrics) {
   vt_json_put_number(json, "psnr_foreground", metrics->psnr_foreground);
   vt_json_put_number(json, "ssim", metrics->ssim);
   vt_json_put_number(json, "alpha_rmse", metrics->alpha_rmse);
+  vt_json_put_number(json, "delta_e", metrics->delta_e);
+  vt_json_put_number(json, "sharpness", metrics->sharpness);
 }
 
 const char *vt_show_bytes(uint64_t bytes, char text[32]) {
@@ -56,7 +58,7 @@ static void put_stages(vt_session *session, vt_json_writer *json) {
 
 // ---- index.html: what was said, the pictures, the document
 
-static void put_escaped(FILE *page, const char *text) {
+void vt_put_html(FILE *page, const char *text) {
   for (; *text; text++) switch (*text) {
     case '<':
       fputs("&lt;", page);
@@ -75,10 +77,17 @@ static void put_escaped(FILE *page, const char *text) {
     }
 }
 
-static vt_status write_page(vt_session *session, const char *json) {
+vt_status vt_write_page(vt_session *session, const char *html, size_t size) {
+  char *path = vt_join(session->context, session->report, "index.html");
+  vt_status status = path ? vt_write_file(session->context, path, html, size) : VT_OUT_OF_MEMORY;
+  vt_free(session->context, path);
+  return status;
+}
+
+static vt_status make_page(vt_session *session, const char *json) {
   vt_context *context = session->context;
   vt_names names = {0};
-  char *text = NULL, *path = NULL;
+  char *text = NULL;
   size_t size = 0;
   vt_status status = vt_list_folder(context, session->report, false, &names);
   if (status) return status;
@@ -92,41 +101,40 @@ static vt_status write_page(vt_session *session, const char *json) {
           "family:sans-serif;margin:2em}img{max-width:100%%}pre{background:#eee;padding:1em;overflow:auto}</style>\n",
           session->arguments.verb->name);
   fprintf(page, "<h1>voltree %s</h1>\n<pre>", session->arguments.verb->name);
-  if (session->said) put_escaped(page, session->said);
+  if (session->said) vt_put_html(page, session->said);
   fputs("</pre>\n", page);
   for (int i = 0; i < names.count; i++) {
     if (!vt_is_image_name(names.items[i])) continue;
     fputs("<figure><img loading=\"lazy\" alt=\"\" src=\"", page);
-    put_escaped(page, names.items[i]);
+    vt_put_html(page, names.items[i]);
     fputs("\"><figcaption>", page);
-    put_escaped(page, names.items[i]);
+    vt_put_html(page, names.items[i]);
     fputs("</figcaption></figure>\n", page);
   }
   fputs("<h2>report.json</h2>\n<pre>", page);
-  put_escaped(page, json);
+  vt_put_html(page, json);
   fputs("</pre>\n</html>\n", page);
   bool bad = ferror(page) != 0;
   bad |= fclose(page) != 0;
-  path = vt_join(context, session->report, "index.html");
-  if (bad || !path)
+  if (bad)
     status = vt_fail(context, VT_OUT_OF_MEMORY, "index.html: the system has no memory left; close other programs");
   else
-    status = vt_write_file(context, path, text, size);
+    status = vt_write_page(session, text, size);
 done:
   free(text); // of open_memstream
-  vt_free(context, path);
   vt_free_names(context, &names);
   return status;
 }
 
-vt_status vt_end_report(vt_session *session, vt_json_writer *json) {
-  vt_context *context = session->context;
-  char *text = NULL, *path = NULL;
-  size_t size = 0;
+vt_status vt_close_report(vt_session *session, vt_json_writer *json, char **text, size_t *size) {
   put_stages(session, json);
   vt_json_close_object(json);
-  vt_status status = vt_end_json(json, &text, &size);
-  if (status) return status;
+  return vt_end_json(json, text, size);
+}
+
+vt_status vt_write_report(vt_session *session, const char *text, size_t size) {
+  vt_context *context = session->context;
+  vt_status status = VT_OK;
   if (session->json && !strcmp(session->json, "-")) {
     bool open_line = size == 0 || text[size - 1] != '\n';
     if (fwrite(text, 1, size, stdout) != size || (open_line && fputc('\n', stdout) == EOF) || fflush(stdout))
@@ -134,12 +142,19 @@ vt_status vt_end_report(vt_session *session, vt_json_writer *json) {
   } else if (session->json) {
     status = vt_write_file(context, session->json, text, size);
   }
-  if (!status && session->report) {
-    path = vt_join(context, session->report, "report.json");
-    status = path ? vt_write_file(context, path, text, size) : VT_OUT_OF_MEMORY;
-    if (!status) status = write_page(session, text);
-  }
+  if (status || !session->report) return status;
+  char *path = vt_join(context, session->report, "report.json");
+  status = path ? vt_write_file(context, path, text, size) : VT_OUT_OF_MEMORY;
   vt_free(context, path);
-  vt_free(context, text);
+  return status;
+}
+
+vt_status vt_end_report(vt_session *session, vt_json_writer *json) {
+  char *text = NULL;
+  size_t size = 0;
+  vt_status status = vt_close_report(session, json, &text, &size);
+  if (!status) status = vt_write_report(session, text, size);
+  if (!status && session->report) status = make_page(session, text);
+  vt_free(session->context, text);
   return status;
 }

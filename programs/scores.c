@@ -19,16 +19,32 @@ void vt_free_scores(vt_context *context, vt_scores *scores) {
   *scores = (vt_scores){0};
 }
 
+typedef struct defined_mean { // over the views where there is a number
+  double sum;
+  int count;
+} defined_mean;
+
+static void add_defined(defined_mean *mean, double value) {
+  if (!isnan(value)) mean->sum += value, mean->count++;
+}
+
+static double take_mean(const defined_mean *mean) {
+  return mean->count ? mean->sum / mean->count : (double)NAN;
+}
+
 static vt_metrics mean_metrics(const vt_metrics *metrics, int count) {
   vt_metrics mean = {0};
-  int with_foreground = 0;
+  defined_mean foreground = {0}, delta_e = {0}, sharpness = {0};
   for (int i = 0; i < count; i++) {
     mean.psnr += metrics[i].psnr / count;
     mean.ssim += metrics[i].ssim / count;
     mean.alpha_rmse += metrics[i].alpha_rmse / count;
-    if (!isnan(metrics[i].psnr_foreground)) mean.psnr_foreground += metrics[i].psnr_foreground, with_foreground++;
+    add_defined(&foreground, metrics[i].psnr_foreground);
+    add_defined(&delta_e, metrics[i].delta_e);
+    add_defined(&sharpness, metrics[i].sharpness);
   }
-  mean.psnr_foreground = with_foreground ? mean.psnr_foreground / with_foreground : NAN;
+  mean.psnr_foreground = take_mean(&foreground);
+  mean.delta_e = take_mean(&delta_e), mean.sharpness = take_mean(&sharpness);
   return mean;
 }
 
@@ -121,8 +137,8 @@ static int find_nearest(const vt_views *training, const vt_view *view, vt_vec3 c
   return best;
 }
 
-static vt_status predict(vt_context *context, vt_predictor predictor, const vt_views *training, const vt_view *view,
-                         vt_vec3 centre, const vt_tree *hull, vt_fimage *out) {
+vt_status vt_predict_view(vt_context *context, vt_predictor predictor, const vt_views *training, const vt_view *view,
+                          vt_vec3 centre, const vt_tree *hull, vt_fimage *out) {
   int width = view->camera.width, height = view->camera.height;
   if (predictor == VT_PREDICT_HULL)
     return vt_composite(context, hull, hull->octree.level_count - 1, NULL, VT_BLEND_SUM, true, &view->camera, out);
@@ -148,7 +164,7 @@ vt_status vt_score_predictors(vt_session *session, const vt_views *training, con
   for (int p = 0; p < VT_PREDICTOR_COUNT && !status; p++) {
     for (int i = 0; i < judged->count && !status; i++) {
       vt_fimage guess = {0};
-      status = predict(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
+      status = vt_predict_view(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
       if (!status) status = vt_measure(context, &guess, &judged->items[i].picture, background, &metrics[i]);
       vt_free_fimage(context, &guess);
     }
@@ -189,6 +205,8 @@ void vt_report_scores(vt_json_writer *json, const vt_scores *scores, const vt_vi
   put_column(json, scores, "psnr_foreground", offsetof(vt_metrics, psnr_foreground));
   put_column(json, scores, "ssim", offsetof(vt_metrics, ssim));
   put_column(json, scores, "alpha_rmse", offsetof(vt_metrics, alpha_rmse));
+  put_column(json, scores, "delta_e", offsetof(vt_metrics, delta_e));
+  put_column(json, scores, "sharpness", offsetof(vt_metrics, sharpness));
   vt_json_close_object(json);
 }
 
@@ -207,10 +225,11 @@ void vt_report_predictors(vt_json_writer *json, const vt_metrics metrics[VT_PRED
 }
 
 void vt_say_metrics_head(vt_session *session) {
-  vt_say(session, "%-28s %8s %10s %7s %10s\n", "", "PSNR", "foreground", "SSIM", "alpha RMSE");
+  vt_say(session, "%-28s %8s %10s %7s %10s %8s %9s\n", "", "PSNR", "foreground", "SSIM", "alpha RMSE", "delta E",
+         "sharpness");
 }
 
 void vt_say_metrics(vt_session *session, const char *name, const vt_metrics *metrics) {
-  vt_say(session, "%-28s %8.2f %10.2f %7.4f %10.4f\n", name, metrics->psnr, metrics->psnr_foreground, metrics->ssim,
-         metrics->alpha_rmse);
+  vt_say(session, "%-28s %8.2f %10.2f %7.4f %10.4f %8.2f %9.3f\n", name, metrics->psnr, metrics->psnr_foreground,
+         metrics->ssim, metrics->alpha_rmse, metrics->delta_e, metrics->sharpness);
 }

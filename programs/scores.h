@@ -12,7 +12,7 @@
 typedef struct vt_scores {
   int count;
   vt_metrics *of_view; // [count]; owned
-  vt_metrics mean;     // psnr_foreground over the views that have any
+  vt_metrics mean;     // what may be NAN over the views where it is not
   int level;
   double seconds_per_frame;
   char renderer[160];
@@ -29,6 +29,9 @@ typedef enum vt_predictor { VT_PREDICT_WHITE, VT_PREDICT_NEAREST, VT_PREDICT_HUL
 // direction (itself excepted), as it is; the hull on level 6 with one colour a cell. `centre`: of the tree, world.
 vt_status vt_score_predictors(vt_session *, const vt_views *training, const vt_views *judged, vt_vec3 centre,
                               const float background[3], vt_metrics out[VT_PREDICTOR_COUNT]);
+// One of their pictures; `hull` from vt_reconstruct_hull for VT_PREDICT_HULL. Premultiplied RGBA, caller frees.
+vt_status vt_predict_view(vt_context *, vt_predictor, const vt_views *training, const vt_view *, vt_vec3 centre,
+                          const vt_tree *hull, vt_fimage *out);
 
 // Members of the object that is open: views, level, means, per_view, seconds_per_frame, renderer.
 void vt_report_scores(vt_json_writer *, const vt_scores *, const vt_views *judged);

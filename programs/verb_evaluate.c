@@ -4,6 +4,8 @@
 #include "programs/report.h"
 #include "programs/scores.h"
 #include "programs/stage_options.h"
+#include "programs/truth_file.h"
+#include "programs/truth_scores.h"
 #include "programs/verbs.h"
 
 #include <string.h>
@@ -19,6 +21,10 @@ static const vt_option options[] = {
     {"background", 0, VT_OPTION_BACKGROUND, "white|black|R,G,B", 0, 0, false,
      "behind tree and photograph; default: white"},
     {"no-predictors", 0, VT_OPTION_FLAG, "", 0, 0, false, "skip the trivial predictors"},
+    {"truth", 0, VT_OPTION_FLAG, "", 0, 0, false,
+     "compare with the object itself, for captures of voltree synth: extinction by level, and line integrals on rays "
+     "that "
+     "no photograph took"},
     {"min-psnr", 0, VT_OPTION_NUMBER, "X", 0, 99, false, "exit 7 if the mean PSNR is below X dB"},
     {0}};
 
@@ -31,7 +37,8 @@ typedef struct work {
   split split;
   float background[3];
   vt_scores scores;
-  bool predicted;
+  bool predicted, knows_truth;
+  vt_truth_scores truth;
   vt_metrics predictors[VT_PREDICTOR_COUNT];
 } work;
 
@@ -73,6 +80,7 @@ static void say_scores(vt_session *session, const work *job) {
   vt_say_metrics(session, "mean", &job->scores.mean);
   for (int p = 0; p < VT_PREDICTOR_COUNT && job->predicted; p++)
     vt_say_metrics(session, vt_predictor_name((vt_predictor)p), &job->predictors[p]);
+  if (job->knows_truth) vt_say_truth(session, &job->truth);
 }
 
 static vt_status write_report(vt_session *session, const work *job) {
@@ -85,6 +93,7 @@ static vt_status write_report(vt_session *session, const work *job) {
   vt_json_close_array(&json);
   vt_report_scores(&json, &job->scores, &job->judged);
   if (job->predicted) vt_report_predictors(&json, job->predictors);
+  if (job->knows_truth) vt_report_truth(&json, &job->truth);
   return vt_end_report(session, &json);
 }
 
@@ -108,6 +117,19 @@ static vt_status judge(vt_session *session, work *job) {
   return status;
 }
 
+// The desc is read before the work begins, so that a capture without truth is refused at once.
+static vt_status compare_with_truth(vt_session *session, const vt_synthetic_desc *desc, work *job) {
+  vt_context *context = session->context;
+  vt_truth *truth = NULL;
+  vt_begin_stage(session);
+  vt_status status = vt_create_truth(context, desc, &truth);
+  if (!status) status = vt_score_truth(session, &job->tree, truth, vt_is_phantom(desc->kind), &job->truth);
+  if (!status) vt_end_stage(session, "truth");
+  job->knows_truth = !status;
+  vt_destroy_truth(context, truth);
+  return status;
+}
+
 static vt_status run(vt_session *session) {
   vt_context *context = session->context;
   const vt_arguments *arguments = &session->arguments;
@@ -117,13 +139,18 @@ static vt_status run(vt_session *session) {
   if (none)
     return vt_fail(context, VT_BAD_USAGE,
                    "--background none: photographs are compared over a colour; give white, black or R,G,B");
+  vt_synthetic_desc desc;
+  char *mesh_text = NULL;
+  bool truth = vt_given(arguments, "truth");
+  vt_status status = truth ? vt_read_truth_file(context, job.source, &desc, &mesh_text) : VT_OK;
   vt_begin_stage(session);
-  vt_status status = vt_read_tree(context, job.file, &job.tree, NULL);
+  if (!status) status = vt_read_tree(context, job.file, &job.tree, NULL);
   if (!status) vt_end_stage(session, "read");
   if (!status) status = vt_load_source(session, job.source, &job.views, &job.capture);
   if (!status) status = choose_views(session, &job);
   if (!status) status = vt_check_same_cameras(context, &job.tree, job.file, &job.views, job.source);
   if (!status) status = judge(session, &job);
+  if (!status && truth) status = compare_with_truth(session, &desc, &job);
   if (!status) {
     say_scores(session, &job);
     status = write_report(session, &job);
@@ -134,6 +161,7 @@ static vt_status run(vt_session *session) {
                      "%s: its mean PSNR is %.2f dB and --min-psnr is %g; reconstruct it with a higher "
                      "--preset or more photographs",
                      job.file, job.scores.mean.psnr, least);
+  vt_free(context, mesh_text);
   vt_free_scores(context, &job.scores);
   vt_free_names(context, &job.held_out);
   vt_free(context, job.judged.items);
@@ -144,18 +172,19 @@ static vt_status run(vt_session *session) {
   return status;
 }
 
-const vt_verb vt_verb_evaluate = {.name = "evaluate",
-                                  .operands = "TREE CAPTURE",
-                                  .summary = "measure how well a tree shows photographs",
-                                  .notes =
-                                      "PSNR and SSIM over the background, PSNR where the photograph has any tree, and "
-                                      "the error of opacity; means over "
-                                      "the photographs. Beside them what three trivial predictors reach: nothing but "
-                                      "white, the nearest photograph as "
-                                      "it is, and the visual hull. CAPTURE is read with the same flags as in "
-                                      "reconstruct. --report DIR gets truth and "
-                                      "result side by side. The finest level is drawn unless --level says another.",
-                                  .example = "voltree evaluate tree.vtree capture --split test --json scores.json",
-                                  .operand_count = 2,
-                                  .tables = {options, vt_picture_options, vt_source_options, vt_common_options},
-                                  .run = run};
+const vt_verb vt_verb_evaluate = {
+    .name = "evaluate",
+    .operands = "TREE CAPTURE",
+    .summary = "measure how well a tree shows photographs",
+    .notes = "PSNR and SSIM over the background, PSNR where the photograph has any tree, the "
+             "error of opacity, colour difference (CIEDE2000) and sharpness (gradient energy over "
+             "the photograph's: below 1 is blurred, above 1 noisy) where it has any tree; means over "
+             "the photographs. Beside them what three trivial predictors reach: nothing but "
+             "white, the nearest photograph as "
+             "it is, and the visual hull. CAPTURE is read with the same flags as in "
+             "reconstruct. --report DIR gets truth and "
+             "result side by side. The finest level is drawn unless --level says another.",
+    .example = "voltree evaluate tree.vtree capture --split test --json scores.json",
+    .operand_count = 2,
+    .tables = {options, vt_picture_options, vt_source_options, vt_common_options},
+    .run = run};

@@ -18,7 +18,16 @@
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
-  return (vt_reconstruct_desc){VT_COOKIE, method, preset, 0, 0, 1, 0.99};
+  return (vt_reconstruct_desc){.cookie = VT_COOKIE,
+                               .method = method,
+                               .preset = preset,
+                               .hull_votes = 1,
+                               .hidden_threshold = 0.99,
+                               .skip_empty_pixels = true,
+                               .keep_chords = true,
+                               .prune_hidden = true,
+                               .prune_thin = true,
+                               .refine_epochs = -1};
 }
 
 typedef struct recipe { // what method and preset mean
@@ -39,6 +48,8 @@ static recipe recipe_of(const vt_reconstruct_desc *desc) {
     r.billboard.prune = desc->method == VT_METHOD_2006;
     r.billboard.neighbours = 0;
   }
+  r.billboard.prune = r.billboard.prune && desc->prune_hidden;
+  if (desc->refine_epochs >= 0) r.refine_epochs = desc->refine_epochs;
   return r;
 }
 
@@ -110,6 +121,7 @@ static float least_depth(const run *r, int level) {
 static vt_status prune_level(run *r, int level, vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   float least = least_depth(r, level);
+  if (!r->desc->prune_thin) return VT_OK;
   uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
   if (!keep) return VT_OUT_OF_MEMORY;
   for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
@@ -167,7 +179,7 @@ static vt_status texture_level(run *r, int level, const vt_rays *rays) {
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
   vt_billboard_desc desc = r->recipe.billboard;
-  desc.least_depth = least_depth(r, level);
+  if (r->desc->prune_thin) desc.least_depth = least_depth(r, level);
   vt_status status = vt_make_billboards(r->context, &desc, rays, r->tree);
   report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
   report->billboards = r->tree->tiles[level].tile_count;
@@ -179,12 +191,14 @@ static vt_status texture_level(run *r, int level, const vt_rays *rays) {
 // A level whose cells cover about a block of the reduced pictures: fine enough to leave out empty pixels, and few.
 static int coarse_level_for(const run *r, int level, int factor) {
   int coarse = level;
+  if (!r->desc->skip_empty_pixels) return 0; // the root's cube: every pixel that can meet anything
   while (coarse > 0 && cell_pixels(r, coarse) < 8.0 * factor) coarse--;
   return coarse;
 }
 
 static uint64_t ray_bound(const run *r) {
   uint64_t quarter = vt_memory_bound(r->context) / 4;
+  if (!r->desc->keep_chords) return 0;
   return quarter < LARGEST_RAY_STORE ? quarter : LARGEST_RAY_STORE;
 }
 
@@ -308,7 +322,7 @@ static vt_status reconstruct_views(run *r) {
 vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, const vt_views *views, vt_tree *out,
                          vt_reconstruct_report *or_null) {
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->leaf_level >= 0 && desc->leaf_level <= VT_MAX_LEVEL);
-  VT_ASSERT(desc->hull_votes >= 1);
+  VT_ASSERT(desc->hull_votes >= 1 && desc->refine_epochs >= -1);
   vt_reconstruct_report report = {0};
   *out = (vt_tree){0};
   vt_views train;

@@ -22,6 +22,12 @@ typedef struct vt_reconstruct_desc {
   int hull_votes;         // photographs that must see a cell empty before it is carved, 1..; more than 1 where mattes are
                           // estimated and lose a thin twig now and then
   double hidden_threshold; // a cell hidden behind more than this opacity (0..1) is invisible from a view [LRMDM06 3.2]
+  // What a scene does not need is skipped; `voltree bench skips` turns each of these off to see what it saves and costs.
+  bool skip_empty_pixels; // pixels in a block that no cell of a coarser level can reach are not looked at
+  bool keep_chords;       // the chords of a level's rays are walked once and kept, within the bound of memory
+  bool prune_hidden;      // billboards hidden from their view and its neighbours are left out (never by 2004)
+  bool prune_thin;        // cells of the leaf level that turn out all but empty are dropped
+  int refine_epochs;      // sweeps of the joint fit of opacity and colour, 0..; -1: as many as the method does
 } vt_reconstruct_desc;
 // Presets: normal ends at the level whose texels are about a pixel, draft one before, high one after.
 // 2004: branching 3, 8x8 texels, log-domain SART. 2006: octree, 4x4, log-domain SART, pruning. best: octree, 4x4,

@@ -18,6 +18,7 @@ typedef struct vt_render_desc {
   int blend_views;    // k closest views, 1..VT_MAX_BLEND_VIEWS
   vt_blend blend;
   bool flat;          // cells' own colours, no textures
+  unsigned skips;     // VT_SKIP_... of octree.h, of the CPU renderer; default VT_SKIP_ALL
 } vt_render_desc;
 vt_render_desc vt_default_render_desc(void);
 

@@ -18,7 +18,8 @@ struct vt_renderer {
 
 vt_render_desc vt_default_render_desc(void) {
   return (vt_render_desc){
-      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 2, .blend = VT_BLEND_GEOMETRIC};
+      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 2, .blend = VT_BLEND_GEOMETRIC,
+      .skips = VT_SKIP_ALL};
 }
 
 static void use_cpu(vt_context *context, vt_renderer *renderer) {
@@ -125,7 +126,8 @@ vt_status vt_render(vt_context *context, vt_renderer *renderer, const vt_render_
     report.backend = VT_BACKEND_CPU;
     report.seconds_order = 0;
     double start = vt_seconds();
-    status = vt_composite(context, renderer->tree, report.level, weights, desc->blend, desc->flat, camera, out);
+    status = vt_composite_skipping(context, renderer->tree, report.level, weights, desc->blend, desc->flat, desc->skips,
+                                   camera, out);
     report.seconds_draw = vt_seconds() - start;
     if (or_null) report.billboards = vt_count_billboards(renderer->tree, report.level, weights);
   }

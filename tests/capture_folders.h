@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/image_file.h"
 #include "capture/capture.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "tests/unit.h"
 
 typedef struct place { // a scratch folder and a context, made and given back by each test

@@ -73,7 +73,7 @@ static inline void shell(const char *command) {
   if (system(command)) printf("%s: failed\n", command), abort();
 }
 // Entries of the current folder whose name holds `part`.
-static int count_entries(const char *part) {
+static inline int count_entries(const char *part) {
   int count = 0;
   DIR *folder = opendir(".");
   for (struct dirent *entry; folder && (entry = readdir(folder));) count += strstr(entry->d_name, part) != NULL;

@@ -97,6 +97,8 @@ static void a_perfect_picture_has_no_error(void **state) {
   assert_close(m.psnr_foreground, 99, 0);
   assert_close(m.ssim, 1, 1e-9);
   assert_close(m.alpha_rmse, 0, 1e-7);
+  assert_close(m.delta_e, 0, 1e-4);
+  assert_close(m.sharpness, 1, 1e-6);
   free_pair(context, &p);
   vt_destroy_context(context);
 }
@@ -182,7 +184,7 @@ static void odd_values_are_clamped_and_an_empty_truth_has_no_foreground(void **s
   }
   assert_int_equal(vt_measure(context, &p.result, &p.truth, white, &m), VT_OK);
   assert_close(m.psnr, 99, 0);
-  assert_true(isnan(m.psnr_foreground));
+  assert_true(isnan(m.psnr_foreground) && isnan(m.delta_e) && isnan(m.sharpness));
   for (size_t i = 0; i < 1024; i++) p.result.pixels[i] = NAN;
   const float black[3] = {0, 0, 0};
   assert_int_equal(vt_measure(context, &p.result, &p.truth, black, &m), VT_OK);

@@ -3,7 +3,7 @@
 #include "base/file.h"
 #include "base/image_file.h"
 #include "capture/colmap_run.h"
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "tests/unit.h"
 #include <errno.h>
 #include <signal.h>

@@ -323,6 +323,36 @@ static void scaled_and_shifted_scenes_agree(void **state) {
   vt_destroy_context(context);
 }
 
+// from outside, so close that most cells are out of the picture, and from within
+static void skipping_work_changes_no_pixel(void **state) {
+  (void)state;
+  vt_context *context = scene_context(2);
+  vt_tree tree = scene_random_tree(context, 4, 0.3, 3, 4, 11);
+  vt_view_weights weights = {.count = 2, .view = {1, 2}, .weight = {0.6f, 0.4f}};
+  vt_vec3 eyes[] = {{1.9, 0.71, 0.63}, {1.1, -0.2, 0.3}, {0.1, 0.2, -0.1}};
+  for (int e = 0; e < 3; e++) {
+    vt_camera camera = vt_look_at(eyes[e], vt_v3(0, 0.1, 0), vt_v3(0, 0, 1), e == 1 ? 0.2 : 0.9, 70, 50);
+    camera.cx -= e == 1 ? 90 : 0; // its axis outside the picture, as in one that was cut out
+    vt_fimage all, some;
+    vt_blend blend = VT_BLEND_GEOMETRIC;
+    assert_int_equal(vt_composite_skipping(context, &tree, 4, &weights, blend, false, 0, &camera, &all), VT_OK);
+    double shown = 0, largest = 0;
+    for (int i = 0; i < 70 * 50; i++) shown += all.pixels[4 * i + 3];
+    assert_true(shown > 50);
+    unsigned outside = VT_SKIP_OUTSIDE;
+    assert_int_equal(vt_composite_skipping(context, &tree, 4, &weights, blend, false, outside, &camera, &some), VT_OK);
+    assert_memory_equal(all.pixels, some.pixels, sizeof(float) * 4 * 70 * 50);
+    vt_free_fimage(context, &some);
+    assert_int_equal(vt_composite(context, &tree, 4, &weights, blend, false, &camera, &some), VT_OK);
+    scene_difference(&all, &some, &largest);
+    assert_true(largest <= 1e-4);
+    vt_free_fimage(context, &some);
+    vt_free_fimage(context, &all);
+  }
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
 static void tree_without_textures_is_drawn_flat_and_else_shows_nothing(void **state) {
   (void)state;
   vt_context *context = scene_context(1);
@@ -355,6 +385,7 @@ int main(void) {
       cmocka_unit_test(views_blend_as_defined_and_missing_tiles_pass_on_their_weight),
       cmocka_unit_test(number_of_threads_changes_no_bit_and_packing_without_loss_neither),
       cmocka_unit_test(scaled_and_shifted_scenes_agree),
+      cmocka_unit_test(skipping_work_changes_no_pixel),
       cmocka_unit_test(tree_without_textures_is_drawn_flat_and_else_shows_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

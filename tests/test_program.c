@@ -80,7 +80,7 @@ static void every_value_is_checked_before_the_work(void **state) {
                {"synth a --views 0", "from 1 to 1000"},
                {"synth a --views 12x", "not a whole number"},
                {"synth a --views 99999999999999999999", "not a whole number"},
-               {"synth a --kind oak", "tree|ball|shell|blobs"},
+               {"synth a --kind elm", "tree|oak|pine"},
                {"synth a --quiet=yes", "takes no value"},
                {"synth a --threads 0", "from 1 to 64"},
                {"synth a --max-memory lots", "give it like 4G"},
@@ -98,7 +98,7 @@ static void every_value_is_checked_before_the_work(void **state) {
                {"render a -o b.xyz", "give a name that ends in"},
                {"render a -o b --turntable 4 --levels-sheet", "give one of them"},
                {"export a -o b.obj", "ends in .ply"},
-               {"bench nonsense", "there is frontier"},
+               {"bench nonsense", "no such suite; there is frontier"},
                {"evaluate a b --background none", "give white, black"},
                {"play a --headless 3", "-o DIR go together"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

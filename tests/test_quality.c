@@ -202,7 +202,7 @@ static void no_row_is_worse_than_in_the_table(void **state) {
 // The judge is judged: each limit by a value on either side of it.
 static void losses_beyond_the_limits_are_found(void **state) {
   (void)state;
-  row before = {"scene", "best", 4, {30, 25, 0.9, 0.05}, 1000, 9000, 100000}, now = before;
+  row before = {"scene", "best", 4, {30, 25, 0.9, 0.05, 0, 0}, 1000, 9000, 100000}, now = before;
   assert_int_equal(count_losses(&before, &now, false), 0);
   now.mean.psnr = 29.91, now.mean.alpha_rmse = 0.05055, now.packed_bytes = 100999;
   assert_int_equal(count_losses(&before, &now, false), 0);
@@ -218,7 +218,7 @@ static void losses_beyond_the_limits_are_found(void **state) {
 
 static void a_written_table_reads_back(void **state) {
   (void)state;
-  row r = {"blobs_64", "2004", 3, {31.25, 24.5, 0.91234, 0.012345}, 1234, 56789, 987654321};
+  row r = {"blobs_64", "2004", 3, {31.25, 24.5, 0.91234, 0.012345, 0, 0}, 1234, 56789, 987654321};
   char text[512];
   table back;
   strcpy(text, table_head);

@@ -5,7 +5,8 @@
 # rules.sh RULE [ARGUMENTS], RULE one of
 #   layers                    who includes whom; nothing of a folder but its face is included from outside (tests and
 #                             benchmarks of a folder's inner parts may look inside)
-#   foreign                   each foreign library is included in exactly one file, and a bridge has its _none twin
+#   foreign                   each foreign library is included in exactly one file (tests may have a bridge of their own
+#                             beside it), and a bridge has its _none twin
 #   captions                  line 1 is the caption, line 2 the licence
 #   sizes                     files at most 600 lines, functions at most 100 and nine in ten at most 50 (universal-ctags)
 #   headers CC [CXX]          every header compiles alone as C17 and as C++17
@@ -75,7 +76,7 @@ known_headers=' assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso
 known_headers=$(echo "$known_headers" | tr '\n' ' ')
 
 rule_foreign() {
-  local file line included library twin seen first
+  local file line included library twin seen first place
   declare -A seen=()
   while IFS=: read -r file line included; do
     case $known_headers in *" $included "*) continue ;; esac
@@ -88,8 +89,9 @@ rule_foreign() {
     esac
     library=${included%%/*}
     library=${library%.h}
-    first=${seen[$library]:-$file}
-    seen[$library]=$first
+    case $file in tests/*) place=tests ;; *) place=house ;; esac
+    first=${seen[$place:$library]:-$file}
+    seen[$place:$library]=$first
     [ "$first" = "$file" ] || breach "$file:$line: $library is already included by $first, its only bridge"
     [ "$file" = tests/unit.h ] && continue
     twin=${file%_*}_none.c
@@ -197,6 +199,13 @@ rule_selftest() {
   printf '#include <zstd.h>\n' | tee "$house/base/a_zstd.c" "$house/base/b_zstd.c" >/dev/null
   see 1 'already included by base/a_zstd.c' foreign
   see 1 'has no twin base/a_none.c' foreign
+  rm "$house/base/b_zstd.c" && touch "$house/base/a_none.c" && mkdir "$house/tests"
+  see 0 '' foreign
+  echo '#include <zstd.h>' >"$house/tests/c_zstd.c" && see 1 'has no twin tests/c_none.c' foreign
+  touch "$house/tests/c_none.c" && see 0 '' foreign
+  cp "$house/tests/c_zstd.c" "$house/tests/d_zstd.c" && touch "$house/tests/d_none.c"
+  see 1 'already included by tests/c_zstd.c' foreign
+  rm -r "$house/tests"
   printf 'size_t vt_b(void);\n' >>"$house/octree/private.h" && see 1 'does not compile alone' headers "$cc"
   printf '//%.0s\n' {1..601} >"$house/base/long.c" && see 1 'more than 600 lines' sizes
   { echo 'int vt_long(void) {' && printf '  (void)0;%.0s\n' {1..99} && printf '  return 0;\n}\n'; } >"$house/base/long.c"

@@ -1,7 +1,7 @@
 // folders.h - folders that appear complete or not at all
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef VT_CAPTURE_FOLDERS_H
-#define VT_CAPTURE_FOLDERS_H
+#ifndef VT_BASE_FOLDERS_H
+#define VT_BASE_FOLDERS_H
 
 #include "base/context.h"
 

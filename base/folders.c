@@ -3,7 +3,7 @@
 //
 // A folder is filled under another name on the same disk and then renamed, which no program can see half done.
 
-#include "capture/folders.h"
+#include "base/folders.h"
 #include "base/file.h"
 
 #include <dirent.h>
