@@ -51,6 +51,18 @@ vt_opacity_desc vt_default_opacity_desc(void) {
                            .stop_gain = -1};
 }
 
+vt_opacity_desc vt_sart_opacity_desc(void) {
+  return (vt_opacity_desc){.cookie = VT_COOKIE,
+                           .domain = VT_LOG_DOMAIN,
+                           .step = VT_STEP_MAJORISER,
+                           .iterations = 3,
+                           .subset_count = 12,
+                           .relaxation = 0.7f,
+                           .largest = 30,
+                           .variation_width = 0.03f,
+                           .stop_gain = -1};
+}
+
 typedef struct lane_sums {
   double squared_error, held_out_error;
   uint64_t rays, saturated, fitted, held_out;
@@ -147,8 +159,7 @@ typedef struct stepper {
   const vt_opacity_desc *desc;
   float *s, *total;              // [cells], [width * cells]
   float *first, *second;         // Adam: running means; Nesterov: second is y, first the last s
-  float rate, first_bias, second_bias, momentum;
-  double slope[VT_LANES];        // Nesterov: sums of (s_new - s_old) . pull by block
+  float rate, first_bias, second_bias;
   size_t cells;
   double power_first, power_second;
   double t;                      // Nesterov's

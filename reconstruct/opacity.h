@@ -40,6 +40,7 @@ typedef struct vt_opacity_desc {
   const vt_image *confidence; // [views] one channel, of the reduced pictures' sizes: 0 says nothing, 255 is trusted; or NULL
 } vt_opacity_desc;
 vt_opacity_desc vt_default_opacity_desc(void); // transmittance domain, Adam
+vt_opacity_desc vt_sart_opacity_desc(void);    // log domain, as the papers: three sweeps of twelve subsets, no more
 
 typedef struct vt_opacity_report {
   uint64_t rays;          // that meet cells, per sweep
