@@ -9,6 +9,7 @@
 #include "reconstruct/billboards.h"
 #include "reconstruct/bounds.h"
 #include "reconstruct/colour.h"
+#include "reconstruct/coverage.h"
 #include "reconstruct/hull.h"
 #include "reconstruct/opacity.h"
 #include "reconstruct/probe_level.h"
@@ -145,14 +146,29 @@ static vt_status begin_level(run *r, int level) {
   return status;
 }
 
+static vt_status estimate_level(run *r, int level, const vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_level_report *report = &r->report->levels[level];
+  vt_opacity_report opacity;
+  vt_coverage coverage = {0};
+  vt_status status = vt_estimate_opacity(r->context, &r->recipe.opacity, rays, cells, &opacity);
+  if (!status) status = vt_measure_coverage(r->context, rays, cells, NULL, &coverage);
+  report->rays = opacity.rays;
+  report->saturated_share = opacity.saturated_share;
+  report->alpha_rmse = opacity.alpha_rmse;
+  report->held_out_rmse = opacity.held_out_rmse;
+  report->unconstrained = coverage.unconstrained;
+  report->coverage_degrees = coverage.median_degrees;
+  report->narrow_share = coverage.narrow_share;
+  return status;
+}
+
 // Opacity and colour of a level whose rays are there.
 static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_context *context = r->context;
   vt_level *cells = &r->tree->octree.levels[level];
-  vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
-  vt_opacity_report opacity;
-  vt_status status = vt_estimate_opacity(context, &r->recipe.opacity, rays, cells, &opacity);
+  vt_status status = estimate_level(r, level, rays);
   if (!status && level == leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
   bool refined = level == leaf && r->recipe.refine_epochs; // starts from the mean colour and does the rest itself
@@ -169,10 +185,6 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   r->report->seconds_colour += coloured - solved;
   r->report->seconds_refinement += vt_seconds() - coloured;
   r->report->peak_bytes_opacity = vt_peak_bytes(context);
-  report->rays = opacity.rays;
-  report->saturated_share = opacity.saturated_share;
-  report->alpha_rmse = opacity.alpha_rmse;
-  report->held_out_rmse = opacity.held_out_rmse;
   return status;
 }
 
@@ -222,9 +234,11 @@ static vt_status make_level(run *r, int level, int leaf) {
   report->cells = octree->levels[level].cell_count;
   report->seconds_opacity = vt_seconds() - start;
   vt_log(context, VT_LOG_VERBOSE,
-         "level %d: %u cells in the hull, %u kept, %llu rays, %.1f %% saturated, alpha RMSE %.4f, %.2f s", level,
-         report->hull_cells, report->cells, (unsigned long long)report->rays, 100 * report->saturated_share,
-         report->alpha_rmse, report->seconds_opacity);
+         "level %d: %u cells in the hull, %u kept, %llu rays, %.1f %% saturated, alpha RMSE %.4f, held out %.4f, seen from "
+         "within %.0f degrees (%.0f %% below 30), %u cells that no ray says anything about, %.2f s",
+         level, report->hull_cells, report->cells, (unsigned long long)report->rays, 100 * report->saturated_share,
+         report->alpha_rmse, report->held_out_rmse, report->coverage_degrees, 100 * report->narrow_share, report->unconstrained,
+         report->seconds_opacity);
   if (!status && report->cells) status = texture_level(r, level, &rays);
   if (!status && report->cells) status = vt_probe_level(context, r->tree, level, &reduced);
   vt_free_rays(context, &rays);
@@ -331,6 +345,67 @@ vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, c
   if (status) return status;
   run r = {context, desc, recipe_of(desc), &train, out, &report, 0, 0};
   status = reconstruct_views(&r);
+  vt_free(context, train.items);
+  if (status) vt_free_tree(context, out);
+  if (or_null) *or_null = report;
+  return status;
+}
+
+// Rays of a level for opacity alone: two to three pixels a cell say what cells can hold.
+static vt_status solve_alone(run *r, int level, bool last) {
+  double start = vt_seconds();
+  int factor = (int)(cell_pixels(r, level) / (last ? 2 : 3));
+  vt_reduced_views reduced;
+  vt_rays rays = {0};
+  vt_status status = vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, &reduced);
+  if (status) return status;
+  r->report->levels[level] = (vt_level_report){.level = level, .hull_cells = r->tree->octree.levels[level].cell_count};
+  r->report->levels[level].cells = r->report->levels[level].hull_cells;
+  status = vt_collect_rays(r->context, &r->tree->octree, level, coarse_level_for(r, level, reduced.factor), &reduced, ray_bound(r),
+                           &rays);
+  r->report->seconds_rays += vt_seconds() - start;
+  if (!status) status = estimate_level(r, level, &rays);
+  r->report->levels[level].seconds_opacity = vt_seconds() - start;
+  r->report->seconds_opacity += vt_seconds() - start;
+  vt_free_rays(r->context, &rays);
+  vt_free_reduced_views(r->context, &reduced);
+  return status;
+}
+
+static vt_opacity_desc desc_of_solver(vt_solver solver, int sweeps) {
+  vt_opacity_desc desc = solver == VT_SOLVER_LOG ? vt_sart_opacity_desc() : vt_default_opacity_desc();
+  if (solver == VT_SOLVER_NESTEROV) desc.step = VT_STEP_NESTEROV, desc.iterations = 40;
+  if (solver == VT_SOLVER_MAJORISER) {
+    desc = vt_sart_opacity_desc();
+    desc.domain = VT_TRANSMITTANCE_DOMAIN;
+    desc.iterations = 4;
+  }
+  if (sweeps > 0) desc.iterations = sweeps, desc.least_updates = 0;
+  return desc;
+}
+
+vt_status vt_reconstruct_opacity(vt_context *context, const vt_views *views, vt_solver solver, int sweeps, int level,
+                                 vt_tree *out, vt_reconstruct_report *or_null) {
+  VT_ASSERT(level >= 0 && level <= VT_MAX_LEVEL);
+  vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_DRAFT);
+  vt_reconstruct_report report = {0};
+  vt_views train;
+  *out = (vt_tree){0};
+  vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
+  if (status) return status;
+  run r = {context, &desc, recipe_of(&desc), &train, out, &report, vt_seconds(), 0};
+  r.recipe.opacity = desc_of_solver(solver, sweeps);
+  status = train.count ? prepare(&r) : vt_fail(context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
+  for (int l = 0; l <= level && !status; l++) {
+    double start = vt_seconds();
+    status = begin_level(&r, l);
+    if (!status) status = carve_level(&r, l);
+    report.seconds_hull += vt_seconds() - start;
+    out->octree.level_count = l + 1;
+    if (!status && !out->octree.levels[l].cell_count) break; // nothing so fine
+    if (!status) status = solve_alone(&r, l, l == level);
+  }
+  report.leaf_level = out->octree.level_count - 1;
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
   if (or_null) *or_null = report;

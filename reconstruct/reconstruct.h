@@ -42,6 +42,8 @@ typedef struct vt_level_report {
   double saturated_share;                 // of the rays, alpha > 0.99
   double alpha_rmse;                      // of the training rays in the last iteration
   double held_out_rmse;                   // of the rays that opacity did not see; NAN where it saw all
+  uint32_t unconstrained;                 // cells that no ray says anything about
+  double coverage_degrees, narrow_share;  // of the others: median of the widest angle between lines of sight; share below 30
   double seconds_opacity, seconds_tiles;
 } vt_level_report;
 
@@ -57,6 +59,17 @@ typedef struct vt_reconstruct_report {
 // no tree, or no volume in common), VT_TOO_FEW_VIEWS (no view at all), VT_OUT_OF_MEMORY, VT_CANCELLED. Caller frees.
 vt_status vt_reconstruct(vt_context *, const vt_reconstruct_desc *, const vt_views *, vt_tree *out,
                          vt_reconstruct_report *or_null);
+
+typedef enum vt_solver {
+  VT_SOLVER_ADAM,      // transmittance domain, Adam (what `best` takes)
+  VT_SOLVER_NESTEROV,  // transmittance domain, majoriser with momentum, all rays at once
+  VT_SOLVER_MAJORISER, // transmittance domain, reweighted, ordered subsets
+  VT_SOLVER_LOG        // log domain, SART (what `2004` and `2006` take)
+} vt_solver;
+// Opacity alone, from the mattes of the VT_TRAIN views to `level`, coarse to fine. out: a tree without tiles or colours, to be
+// drawn flat, levels 0..level. sweeps: of each level, or 0 for as many as the solver usually does.
+vt_status vt_reconstruct_opacity(vt_context *, const vt_views *, vt_solver, int sweeps, int level, vt_tree *out,
+                                 vt_reconstruct_report *or_null);
 
 // The trivial predictor that every method must beat: the hull at `level` with one mean colour per cell, opaque.
 // out: a tree without tiles, to be drawn flat.
