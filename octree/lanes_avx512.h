@@ -47,7 +47,7 @@ VT_LANE_OP vt_reals to_reals(vt_ints v) {
 VT_LANE_OP vt_ints to_ints(vt_reals v) {
   return _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtpd_epi32(v.a)), _mm512_cvtpd_epi32(v.b), 1);
 }
-VT_LANE_OP vt_reals truncate(vt_reals v) {
+VT_LANE_OP vt_reals whole_part(vt_reals v) {
   return (vt_reals){_mm512_roundscale_pd(v.a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC),
                     _mm512_roundscale_pd(v.b, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC)};
 }

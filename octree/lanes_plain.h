@@ -48,7 +48,7 @@ VT_LANE_OP vt_reals spread_real(double v) { return v; }
 VT_LANE_OP vt_reals load_reals(const double *p) { return *p; }
 VT_LANE_OP vt_reals to_reals(vt_ints v) { return (double)v; }
 VT_LANE_OP vt_ints to_ints(vt_reals v) { return (int32_t)lrint(v); } // to the nearest, as the others
-VT_LANE_OP vt_reals truncate(vt_reals v) { return (double)(int32_t)v; }
+VT_LANE_OP vt_reals whole_part(vt_reals v) { return (double)(int32_t)v; }
 VT_LANE_OP vt_reals add_reals(vt_reals a, vt_reals b) { return a + b; }
 VT_LANE_OP vt_reals subtract_reals(vt_reals a, vt_reals b) { return a - b; }
 VT_LANE_OP vt_reals multiply_reals(vt_reals a, vt_reals b) { return a * b; }

@@ -34,7 +34,7 @@ VT_LANE_OP vt_reals place_at(const vt_lane_axis *axis, vt_reals t) {
 
 // Corner of the brick that holds a place, within [low, high].
 VT_LANE_OP vt_reals corner_at(const vt_walk_grid *grid, vt_reals place, vt_reals low, vt_reals high) {
-  vt_reals corner = multiply_reals(truncate(multiply_reals(place, spread_real(1.0 / grid->width))), spread_real(grid->width));
+  vt_reals corner = multiply_reals(whole_part(multiply_reals(place, spread_real(1.0 / grid->width))), spread_real(grid->width));
   return lower_real(higher_real(corner, low), high);
 }
 
@@ -71,7 +71,7 @@ VT_LANE_OP vt_lane_cells enter_brick(const vt_walk_grid *grid, const vt_ray_pack
   vt_lane_cells c;
   c.number = spread(0);
   for (int a = 0; a < 3; a++) {
-    vt_reals last = spread_real(grid->width - 1), local = truncate(subtract_reals(place_at(&axes[a], t), axes[a].corner));
+    vt_reals last = spread_real(grid->width - 1), local = whole_part(subtract_reals(place_at(&axes[a], t), axes[a].corner));
     local = lower_real(higher_real(local, spread_real(0)), last);
     vt_reals beyond = multiply_reals(subtract_reals(last, local), load_reals(p->spacing[a] + first)); // planes after the next
     vt_reals units = subtract_reals(subtract_reals(axes[a].plane, t), beyond);
@@ -86,9 +86,8 @@ VT_LANE_OP vt_lane_cells enter_brick(const vt_walk_grid *grid, const vt_ray_pack
 
 // On to distance t, where the nearest plane ahead is: exactly there along its axis (or axes, at an edge or corner), and
 // along the others as far as the empty space goes.
-VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], const vt_ints reach[3], const vt_reals end[3],
-                        vt_reals nearest, vt_reals t) {
-  bool jump = any(greater(higher(higher(reach[0], reach[1]), reach[2]), spread(1)));
+VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], bool jump, const vt_reals end[3], vt_reals nearest,
+                        vt_reals t) {
   for (int a = 0; a < 3; a++) {
     vt_reals within = axes[a].corner;
     if (jump)
@@ -151,9 +150,11 @@ VT_LANE_TARGET static void walk_lanes(const vt_walk_grid *grid, const vt_ray_pac
   vt_reals t = spread_real(0);
   do {
     vt_ints reach[3], entry = look_up(grid, p, first, alive, axes, reach);
+    bool jump = any(greater(higher(higher(reach[0], reach[1]), reach[2]), spread(1))); // else nothing waits for the map
     vt_reals end[3];
     for (int a = 0; a < 3; a++) {
-      end[a] = add_reals(axes[a].corner, multiply_reals(to_reals(reach[a]), spread_real(grid->width)));
+      end[a] = add_reals(axes[a].corner, spread_real(grid->width));
+      if (jump) end[a] = add_reals(axes[a].corner, multiply_reals(to_reals(reach[a]), spread_real(grid->width)));
       axes[a].plane = multiply_reals(subtract_reals(end[a], axes[a].origin), axes[a].inverse);
     }
     vt_choice here = both(alive, greater(entry, spread(-1)));
@@ -163,7 +164,7 @@ VT_LANE_TARGET static void walk_lanes(const vt_walk_grid *grid, const vt_ray_pac
     }
     vt_reals nearest = lower_real(lower_real(axes[0].plane, axes[1].plane), axes[2].plane);
     t = higher_real(nearest, t); // rounding may have put a plane behind
-    advance(grid, axes, reach, end, nearest, t);
+    advance(grid, axes, jump, end, nearest, t);
     vt_reals farthest = higher_real(higher_real(axes[0].corner, axes[1].corner), axes[2].corner);
     alive = both(alive, greater_real(spread_real(grid->bricks * grid->width), farthest));
   } while (any(alive));
