@@ -1,11 +1,12 @@
 // backdrop.c - what stands behind the object: a sky, or a studio's cloth
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The sky is a function of the direction in the world alone (it is infinitely far away), so that photographs of one part of it
-// agree: a gradient with clouds above the horizon, haze at it, meadow below it. Clouds are fractal value noise over the
-// sphere of directions, squeezed in height; laid out over a plane, as clouds are, they would be finer than a pixel at the
-// horizon and shimmer. The cloth is a function of the place in the picture, as in a studio where the object turns and the
-// backdrop does not: hanging folds, the lamp's falling off, and a weave that fades where it would be finer than pixels.
+// The sky is a function of the direction in the world alone (it is infinitely far away), so that photographs of one
+// part of it agree: a gradient with clouds above the horizon, haze at it, meadow below it. Clouds are fractal value
+// noise over the sphere of directions, squeezed in height; laid out over a plane, as clouds are, they would be finer
+// than a pixel at the horizon and shimmer. The cloth is a function of the place in the picture, as in a studio where
+// the object turns and the backdrop does not: hanging folds, the lamp's falling off, and a weave that fades where it
+// would be finer than pixels.
 //
 // Backdrops are laid behind straight alpha on encoded values, as photographs are composited everywhere else here.
 
@@ -26,7 +27,8 @@ typedef struct backdrop {
 // ---- noise
 
 static double lattice(uint32_t seed, int64_t x, int64_t y, int64_t z) { // 0..1
-  uint64_t h = (uint64_t)x * 0x9e3779b97f4a7c15u ^ (uint64_t)y * 0xc2b2ae3d27d4eb4fu ^ (uint64_t)z * 0x165667b19e3779f9u;
+  uint64_t h =
+      (uint64_t)x * 0x9e3779b97f4a7c15u ^ (uint64_t)y * 0xc2b2ae3d27d4eb4fu ^ (uint64_t)z * 0x165667b19e3779f9u;
   h = (h ^ seed) * 0xd6e8feb86659fd93u, h ^= h >> 32, h *= 0xd6e8feb86659fd93u, h ^= h >> 32;
   return (double)(h >> 11) * (1.0 / 9007199254740992.0);
 }
@@ -88,7 +90,8 @@ static void look_at_sky(const backdrop *b, vt_vec3 d, double rgb[3]) {
 
 // ---- cloth
 
-static void look_at_cloth(const backdrop *b, double x, double y, double height_pixels, double rgb[3]) { // x, y in heights
+static void look_at_cloth(const backdrop *b, double x, double y, double height_pixels,
+                          double rgb[3]) { // x, y in heights
   double slack = 0.04 * sin(5 * y + 2) + 0.02 * sin(11 * y + 5 * x), fold = 0;
   for (int k = 0; k < 6; k++) {
     double wave = sin(2 * VT_PI * b->folds[k][0] * (x + slack * (0.4 + 0.6 * y)) + b->folds[k][1]);
@@ -103,7 +106,8 @@ static void look_at_cloth(const backdrop *b, double x, double y, double height_p
 }
 
 static backdrop make_backdrop(const vt_synthetic_desc *desc) {
-  backdrop b = {.kind = desc->backdrop, .seed = desc->seed * 2654435761u + 17, .sun = vt_sun_direction(desc->seed, desc->sun)};
+  backdrop b = {
+      .kind = desc->backdrop, .seed = desc->seed * 2654435761u + 17, .sun = vt_sun_direction(desc->seed, desc->sun)};
   vt_rng rng = vt_seed_rng(desc->seed, 5);
   b.cover = vt_random_between(&rng, 0.46, 0.56);
   for (int k = 0; k < 6; k++) {

@@ -116,8 +116,10 @@ static void photograph_views(void *user, size_t begin, size_t end, int worker) {
     }
     if (!project_mesh(job, &mesh, &view->camera, projected)) {
       VT_ASSERT(job->moved);
-      job->status[i] = vt_fail(job->context, VT_BAD_INPUT, "synthetic capture: wind of %g blows leaves into the camera of %s; "
-                               "give less wind or a narrower fov_y", job->wind->amplitude, view->name);
+      job->status[i] = vt_fail(job->context, VT_BAD_INPUT,
+                               "synthetic capture: wind of %g blows leaves into the camera of %s; "
+                               "give less wind or a narrower fov_y",
+                               job->wind->amplitude, view->name);
       continue;
     }
     for (int top = 0; top < height && !vt_cancelled(job->context); top += job->band_rows) {

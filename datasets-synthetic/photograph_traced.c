@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Each pixel has samples_edge^2 samples on the regular grid of photograph.c, so that both paths measure the same alpha;
-// colour is the mean over the covered ones of the sRGB-encoded shades. A tile of about a thousand samples goes through in
-// waves: rays from the eye, then one wave for each part of the light (shade_traced.h), so that rays that are traced together
-// are alike.
+// colour is the mean over the covered ones of the sRGB-encoded shades. A tile of about a thousand samples goes through
+// in waves: rays from the eye, then one wave for each part of the light (shade_traced.h), so that rays that are traced
+// together are alike.
 //
-// A sample gets one ray for each part, and a pixel's samples share one low-discrepancy sequence a part, R2 [Roberts 2018,
-// "The unreasonable effectiveness of quasirandom sequences"], shifted for the pixel, the part and the view by a hash: their mean is
-// smooth although each alone is noise, and noise of one photograph is not that of the next.
+// A sample gets one ray for each part, and a pixel's samples share one low-discrepancy sequence a part, R2 [Roberts
+// 2018, "The unreasonable effectiveness of quasirandom sequences"], shifted for the pixel, the part and the view by a
+// hash: their mean is smooth although each alone is noise, and noise of one photograph is not that of the next.
 
 #include "datasets-synthetic/photograph_traced.h"
 #include "datasets-synthetic/encode.h"
@@ -34,8 +34,8 @@ typedef struct traced_job {
   const vt_look *look;
   const vt_wind *wind;
   vt_views *views;
-  int samples_edge, tile; // tile: pixels an edge
-  size_t bands;           // items for each view
+  int samples_edge, tile;  // tile: pixels an edge
+  size_t bands;            // items for each view
   const vt_tracer *tracer; // without wind
   tile_scratch *scratch;   // [worker]
   vt_status *status;       // [view]
@@ -69,10 +69,10 @@ static size_t aim_rays(const traced_job *job, const tile_place *place, tile_scra
     for (int x = place->x; x < place->x + place->width; x++)
       for (int i = 0; i < edge * edge; i++) {
         vt_ray ray = vt_camera_ray(place->camera, x + (i % edge + 0.5) / edge, y + ((double)(i / edge) + 0.5) / edge);
-        s->rays[count++] = (vt_trace_ray){
-            .origin = {(float)eye.x, (float)eye.y, (float)eye.z},
-            .direction = {(float)ray.direction.x, (float)ray.direction.y, (float)ray.direction.z},
-            .far = INFINITY};
+        s->rays[count++] =
+            (vt_trace_ray){.origin = {(float)eye.x, (float)eye.y, (float)eye.z},
+                           .direction = {(float)ray.direction.x, (float)ray.direction.y, (float)ray.direction.z},
+                           .far = INFINITY};
       }
   return count;
 }
@@ -83,7 +83,8 @@ static uint32_t pixel_number(const traced_job *job, const tile_place *place, uin
   return (uint32_t)y * (uint32_t)place->camera->width + (uint32_t)x;
 }
 
-static void add_light(const traced_job *job, const tile_place *place, vt_light_part part, size_t surfaces, tile_scratch *s) {
+static void add_light(const traced_job *job, const tile_place *place, vt_light_part part, size_t surfaces,
+                      tile_scratch *s) {
   size_t count = 0;
   uint32_t samples = (uint32_t)(job->samples_edge * job->samples_edge);
   for (size_t i = 0; i < surfaces; i++) {
@@ -129,8 +130,8 @@ static void photograph_tile(const traced_job *job, const tile_place *place, tile
   }
 }
 
-static void photograph_rows(const traced_job *job, int view, const vt_tracer *tracer, const vt_vertex *vertices, int top,
-                            int bottom, tile_scratch *scratch) {
+static void photograph_rows(const traced_job *job, int view, const vt_tracer *tracer, const vt_vertex *vertices,
+                            int top, int bottom, tile_scratch *scratch) {
   vt_view *item = &job->views->items[view];
   tile_place place = {.camera = &item->camera, .tracer = tracer, .vertices = vertices, .view = view};
   for (place.y = top; place.y < bottom && !vt_cancelled(job->context); place.y += job->tile)

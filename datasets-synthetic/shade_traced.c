@@ -2,28 +2,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A surface with albedo A, transmission T (thin ones: leaves) and a specular part shows
-//   sun     (A or T) |n.s| E, A on the side that the sun shines on, T on the other, plus the highlight D F G / (4 n.v) pi E
-//           of a rough mirror [Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction": GGX], each seen
-//           along one ray to a point of the sun's disc, so that shadows have soft edges that widen with distance;
+//   sun     (A or T) |n.s| E, A on the side that the sun shines on, T on the other, plus the highlight
+//           D F G / (4 n.v) pi E of a rough mirror [Walter, Marschner, Li, Torrance 2007, "Microfacet models for
+//           refraction": GGX], along one ray to a point of the sun's disc: shadows have edges that widen with distance;
 //   sky     A times the mean over the cosine-weighted half space in front, T times that behind (solids: twice in front);
-//   sheen   the mirror image of the sky, one ray through the visible normals [Heitz 2018, "Sampling the GGX distribution
-//           of visible normals"], whose weight F G_1 is never above 1: no fireflies.
-// A ray of the sky or the sheen that is stopped meets the crown's inside: the mean colour of its leaves under a quarter of
-// sun and sky, reflected and let through. Real leaves hand light on many times; without this they are black.
+//   sheen   the mirror image of the sky, one ray through the visible normals [Heitz 2018, "Sampling the GGX
+//           distribution of visible normals"], whose weight F G_1 is never above 1: no fireflies.
+// A ray of the sky or the sheen that is stopped meets the crown's inside: the mean colour of its leaves under a small
+// share of sun and sky, reflected and let through. Real leaves hand light on many times; without this they are black.
+// The share is chosen by eye: with 0.25 crowns lose their depth.
 //
-// What goes wrong: (1) rays that start at a surface meet it: they start a step off it, on the side they go to, from a point
-// by barycentric coordinates, which lies in the plane to float precision however far the eye is. (2) On coarse tubes the
-// facets' own shadow ends in steps where the smooth normal says dusk: sun rays start from a rounded place [Hanika 2021,
-// "Hacking the shadow terminator", Ray Tracing Gems II]. (3) A smooth normal may face away from the eye: it is bent back.
+// What goes wrong: (1) rays that start at a surface meet it: they start a step off it, on the side they go to, from a
+// point by barycentric coordinates, which lies in the plane to float precision however far the eye is. (2) On coarse
+// tubes the facets' own shadow ends in steps where the smooth normal says dusk: sun rays start from a rounded place
+// [Hanika 2021, "Hacking the shadow terminator", Ray Tracing Gems II]. (3) A smooth normal may face away from the eye:
+// it is bent back.
 
 #include "datasets-synthetic/shade_traced.h"
 #include "datasets-synthetic/sky.h"
 
-static const float sun_radius = 0.00465f;     // of its disc, radians
-static const float smoothest = 0.12f;         // roughness below which the sun's highlight would be noise
-static const float inner_share = 0.1f;        // of sun and sky that a leaf inside the crown gets
+static const float sun_radius = 0.00465f; // of its disc, radians
+static const float smoothest = 0.12f;     // roughness below which the sun's highlight would be noise
+static const float inner_share = 0.06f;   // of sun and sky that a leaf inside the crown gets
 static const vt_material bark = {.albedo = {1, 1, 1}, .roughness = 1};
-static const vt_material leaf = {.albedo = {1, 1, 1}, .translucency = {0.62f, 0.66f, 0.3f}, .roughness = 1, .thin = true};
+static const vt_material leaf = {
+    .albedo = {1, 1, 1}, .translucency = {0.62f, 0.66f, 0.3f}, .roughness = 1, .thin = true};
 
 static float dot3(const float a[3], const float b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -63,7 +66,8 @@ static int wrap(int i, int size) {
   return r < 0 ? r + size : r;
 }
 
-// Bilinear, repeated; colours in linear light, weighted by alpha so that what lies in holes does not bleed over their rims.
+// Bilinear, repeated; colours in linear light, weighted by alpha so that what lies in holes does not bleed over their
+// rims.
 static void sample_texture(const float decode[256], const vt_image *image, float u, float v, float rgba[4]) {
   float x = (u - floorf(u)) * (float)image->width - 0.5f, y = (1 - (v - floorf(v))) * (float)image->height - 0.5f;
   int left = (int)floorf(x), top = (int)floorf(y);
@@ -122,8 +126,8 @@ static void find_foliage(vt_look *look) {
     if (material->texture.pixels) sample_texture(look->decode, &material->texture, uv[0], uv[1], tint);
     const float *own = mesh->vertices[mesh->triangles[t][0]].albedo;
     for (int c = 0; c < 3; c++)
-      sums[material->thin][c] += (double)(tint[c] * own[c] * material->albedo[c] *
-                                          (1 + (material->thin ? material->translucency[c] : 0)));
+      sums[material->thin][c] +=
+          (double)(tint[c] * own[c] * material->albedo[c] * (1 + (material->thin ? material->translucency[c] : 0)));
     counts[material->thin]++;
   }
   vt_sky_light(up, sky);
@@ -186,14 +190,16 @@ static void find_normals(const float e1[3], const float e2[3], const vt_vertex *
   cross3(e1, e2, s->flat);
   if (!normalise3(s->flat)) s->flat[0] = -direction[0], s->flat[1] = -direction[1], s->flat[2] = -direction[2];
   for (int k = 0; k < 3; k++) {
-    s->normal[k] = weight[0] * corner[0]->normal[k] + weight[1] * corner[1]->normal[k] + weight[2] * corner[2]->normal[k];
+    s->normal[k] =
+        weight[0] * corner[0]->normal[k] + weight[1] * corner[1]->normal[k] + weight[2] * corner[2]->normal[k];
     s->eye[k] = -direction[k];
   }
   (void)normalise3(s->eye);
   float side = dot3(s->flat, s->eye) < 0 ? -1.0f : 1.0f;
   for (int k = 0; k < 3; k++) s->flat[k] *= side;
   bool smooth = normalise3(s->normal);
-  // Wound the wrong way round, as imported meshes may be, a triangle still has a smooth normal on the side that is seen.
+  // Wound the wrong way round, as imported meshes may be, a triangle still has a smooth normal on the side that is
+  // seen.
   float turn = dot3(s->normal, s->flat) < 0 ? -1.0f : 1.0f;
   for (int k = 0; k < 3; k++) s->normal[k] = smooth ? s->normal[k] * turn : s->flat[k];
   float away = dot3(s->normal, s->eye);
@@ -274,8 +280,7 @@ static bool sample_sun(const vt_look *look, const vt_surface *s, const float ran
   float disc[2], direction[3], cosine = dot3(s->normal, look->sun);
   if (cosine <= 0 && !s->thin) return false;
   sample_disc(random, disc);
-  for (int k = 0; k < 3; k++)
-    direction[k] = look->sun[k] + look->across[k][0] * disc[0] + look->across[k][1] * disc[1];
+  for (int k = 0; k < 3; k++) direction[k] = look->sun[k] + look->across[k][0] * disc[0] + look->across[k][1] * disc[1];
   start_ray(look, s, s->rounded, direction, out);
   const float *share = cosine > 0 ? s->albedo : s->through;
   float shine = highlight(s, look->sun);
@@ -286,7 +291,8 @@ static bool sample_sun(const vt_look *look, const vt_surface *s, const float ran
   return true;
 }
 
-static bool sample_sky(const vt_look *look, const vt_surface *s, bool behind, const float random[2], vt_light_sample *out) {
+static bool sample_sky(const vt_look *look, const vt_surface *s, bool behind, const float random[2],
+                       vt_light_sample *out) {
   float disc[2], across[3], along[3], direction[3], light[3], side = behind && s->thin ? -1.0f : 1.0f;
   sample_disc(random, disc);
   make_basis(s->normal, across, along);
@@ -339,8 +345,11 @@ static bool sample_sheen(const vt_look *look, const vt_surface *s, const float r
 bool vt_sample_light(const vt_look *look, const vt_surface *s, vt_light_part part, const float random[2],
                      vt_light_sample *out) {
   switch (part) {
-  case VT_LIGHT_SUN: return sample_sun(look, s, random, out);
-  case VT_LIGHT_SHEEN: return sample_sheen(look, s, random, out);
-  default: return sample_sky(look, s, part == VT_LIGHT_SKY_BEHIND, random, out);
+  case VT_LIGHT_SUN:
+    return sample_sun(look, s, random, out);
+  case VT_LIGHT_SHEEN:
+    return sample_sheen(look, s, random, out);
+  default:
+    return sample_sky(look, s, part == VT_LIGHT_SKY_BEHIND, random, out);
   }
 }

@@ -7,7 +7,7 @@
 
 #include "base/vector.h"
 
-// Unit, towards the sun. Index 0 is the seed's own; any two of the first dozen stand at least 20 degrees apart.
+// Unit, towards the sun. Index 0 is the seed's own; any two of the first eight stand at least 20 degrees apart.
 vt_vec3 vt_sun_direction(uint32_t seed, int index);
 // Linear light, in units in which a white matt surface shows what it receives: of the sun straight above it, of the sky
 // (of the ground below the horizon) from a direction (unit).

@@ -25,7 +25,7 @@ vt_synthetic_desc vt_default_synthetic_desc(void) {
 }
 
 const char *vt_synthetic_name(vt_synthetic_kind kind) {
-  static const char *const names[] = {"tree", "oak",   "pine",  "small_oak", "birch", "willow",
+  static const char *const names[] = {"tree", "oak",  "pine",  "small_oak", "birch", "willow",
                                       "mesh", "ball", "shell", "blobs",     "comb",  "crown"};
   VT_ASSERT((size_t)kind < sizeof names / sizeof *names);
   return names[kind];
@@ -58,14 +58,18 @@ static vt_status check_desc(vt_context *ctx, const vt_synthetic_desc *d) {
   if (!(d->wind >= 0 && d->wind <= 0.5))
     return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: wind is %g; give 0 to 0.5", d->wind);
   if (d->light_path == VT_RAY_TRACED && !vt_is_phantom(d->kind) && !vt_can_trace_rays())
-    return vt_fail(ctx, VT_MISSING_PROGRAM, "synthetic capture: ray tracing needs Embree, which this build lacks; install "
-                                            "libembree-dev and build again, or take rasterised photographs");
+    return vt_fail(ctx, VT_MISSING_PROGRAM,
+                   "synthetic capture: ray tracing needs Embree, which this build lacks; install "
+                   "libembree-dev and build again, or take rasterised photographs");
   return VT_OK;
 }
 
 static vt_status make_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *mesh) {
   if (vt_is_grown(desc->kind)) return vt_grow_tree(ctx, desc->kind, desc->seed, desc->leaf_count, mesh);
-  return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: meshes of files are not read yet; give another kind");
+  if (!desc->mesh_path) return vt_fail(ctx, VT_BAD_INPUT, "synthetic capture: kind mesh needs a file; give mesh_path (--mesh FILE)");
+  vt_status status = vt_read_mesh(ctx, desc->mesh_path, mesh);
+  if (!status) vt_centre_mesh(mesh, 2);
+  return status;
 }
 
 vt_status vt_make_synthetic_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_mesh *out) {

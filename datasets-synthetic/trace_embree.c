@@ -4,14 +4,14 @@
 // Wald, Woop, Benthin, Johnson, Ernst, "Embree: a kernel framework for efficient CPU ray tracing", SIGGRAPH 2014. The
 // robust flag keeps rays from slipping through between triangles that share an edge. The tree of boxes is built by one
 // thread: with more, the order of triangles in a box, and with it which of two equally near ones is met, would be a
-// matter of luck. The mode of the processor that flushes tiny numbers to zero, which Embree's manual asks for, stays off:
-// it would change the sums of everybody else.
+// matter of luck. The mode of the processor that flushes tiny numbers to zero, which Embree's manual asks for, stays
+// off: it would change the sums of everybody else.
 //
-// Measured on a tree of 150,000 leaves (2.3 million triangles), million rays a second on one core with AVX2, single rays /
-// streams / streams marked coherent / packets of 8 marked coherent: from the eye 5.3 / 5.7 / 9.3 / 8.6, to the sun 1.3 /
-// 1.9 / 1.1 / 1.2, to the sky 0.9 / 0.9 / 0.6 / 0.6. Holes by a filter cost 5 % of a ray from the eye, shooting again past
-// each hole doubles it. Fitting an old tree of boxes to moved vertices (1.0 s) hardly gains on building it (1.2 s), so that
-// a moved mesh gets a new tracer.
+// Measured on a tree of 150,000 leaves (2.3 million triangles), million rays a second on one core with AVX2, single
+// rays / streams / streams marked coherent / packets of 8 marked coherent: from the eye 5.3 / 5.7 / 9.3 / 8.6, to the
+// sun 1.3 / 1.9 / 1.1 / 1.2, to the sky 0.9 / 0.9 / 0.6 / 0.6. Holes by a filter cost 5 % of a ray from the eye,
+// shooting again past each hole doubles it. Fitting an old tree of boxes to moved vertices (1.0 s) hardly gains on
+// building it (1.2 s), so that a moved mesh gets a new tracer.
 
 #include "datasets-synthetic/synthetic.h"
 #include "datasets-synthetic/trace.h"
@@ -56,8 +56,9 @@ static vt_status check_device(vt_context *ctx, vt_tracer *tracer) {
   enum RTCError error = rtcGetDeviceError(tracer->device);
   if (error == RTC_ERROR_NONE) return VT_OK;
   if (error == RTC_ERROR_OUT_OF_MEMORY || error == RTC_ERROR_CANCELLED)
-    return vt_fail(ctx, VT_OUT_OF_MEMORY, "ray tracing: the tree of boxes needs more memory than is allowed; "
-                                          "ask for fewer leaves or allow more");
+    return vt_fail(ctx, VT_OUT_OF_MEMORY,
+                   "ray tracing: the tree of boxes needs more memory than is allowed; "
+                   "ask for fewer leaves or allow more");
   return vt_fail(ctx, VT_FAILED, "ray tracing: Embree refuses (its error %d); photograph rasterised", (int)error);
 }
 

@@ -10,8 +10,9 @@ bool vt_can_trace_rays(void) {
 vt_status vt_create_tracer(vt_context *ctx, const vt_trace_mesh *mesh, vt_tracer **out) {
   (void)mesh;
   *out = NULL;
-  return vt_fail(ctx, VT_MISSING_PROGRAM,
-                 "ray tracing: this build has none; build voltree with Embree (libembree-dev), or photograph rasterised");
+  return vt_fail(
+      ctx, VT_MISSING_PROGRAM,
+      "ray tracing: this build has none; build voltree with Embree (libembree-dev), or photograph rasterised");
 }
 
 void vt_destroy_tracer(vt_context *ctx, vt_tracer *tracer) {

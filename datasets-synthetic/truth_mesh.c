@@ -3,9 +3,9 @@
 //
 // A mesh has no extinction at a point: something is there, or nothing is. Along a beam of some width there is
 //     tau = -ln(share of the beam that nothing stops),
-// which is what a photograph's alpha measures over a pixel. The beam is 256 parallel rays, one in the middle of each cell of a
-// 16 x 16 grid that is laid onto the disc so that cells keep equal areas [Shirley, Chiu 1997, "A low distortion map between
-// disk and square"]; fixed, so that the same question gets the same answer.
+// which is what a photograph's alpha measures over a pixel. The beam is 256 parallel rays, one in the middle of each
+// cell of a 16 x 16 grid that is laid onto the disc so that cells keep equal areas [Shirley, Chiu 1997, "A low
+// distortion map between disk and square"]; fixed, so that the same question gets the same answer.
 
 #include "datasets-synthetic/truth_mesh.h"
 #include "datasets-synthetic/shade_traced.h"
@@ -52,7 +52,8 @@ double vt_mesh_optical_depth(const vt_mesh_truth *truth, const vt_ray *ray, doub
   vt_vec3 u = vt_normalise(vt_cross(helper, d)), v = vt_cross(d, u);
   vt_vec3 start = vt_add(ray->origin, vt_scale(d, near)); // in double: a far origin costs no precision
   for (int i = 0; i < BEAM_RAYS; i++) {
-    vt_vec3 off = vt_add(vt_scale(u, radius * (double)truth->disc[i][0]), vt_scale(v, radius * (double)truth->disc[i][1]));
+    vt_vec3 off =
+        vt_add(vt_scale(u, radius * (double)truth->disc[i][0]), vt_scale(v, radius * (double)truth->disc[i][1]));
     vt_vec3 from = vt_add(start, off);
     rays[i] = (vt_trace_ray){.origin = {(float)from.x, (float)from.y, (float)from.z},
                              .direction = {(float)d.x, (float)d.y, (float)d.z},

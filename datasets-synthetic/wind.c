@@ -4,15 +4,15 @@
 // A vertex at x moves by
 //     d(x) = g(h) sum_k a_k sin(w_k . x + p_k)  +  f(h) sum_j b_j sin(v_j . x + q_j)     (the second for leaves only)
 // with h its height over the foot, 0..1. The first sum is long waves (a tree's width and half of it), mostly sideways,
-// and g = h^1.5 leaves the foot of the trunk where it is. The second is waves of a few leaves' lengths in all directions.
-// All |a_k| and |b_j| sum to the amplitude. Normals turn by the inverse transpose of I + dd/dx, which is known in closed
-// form: a leaf's light and shade change with it. What goes wrong: short waves with a large amplitude tear leaves to
-// shreds, so that each b_j is bounded by a slope.
+// and g = h^1.5 leaves the foot of the trunk where it is. The second is waves of a few leaves' lengths in all
+// directions. All |a_k| and |b_j| sum to the amplitude. Normals turn by the inverse transpose of I + dd/dx, which is
+// known in closed form: a leaf's light and shade change with it. What goes wrong: short waves with a large amplitude
+// tear leaves to shreds, so that each b_j is bounded by a slope.
 
 #include "datasets-synthetic/wind.h"
 #include "base/rng.h"
 
-enum { SWAYS = 4, FLUTTERS = 3, WAVES = SWAYS + FLUTTERS };
+enum { SWAYS = 3, FLUTTERS = 3, WAVES = SWAYS + FLUTTERS };
 
 static const double steepest = 0.3; // of one wave of flutter
 
@@ -22,7 +22,8 @@ typedef struct wave {
 } wave;
 
 static vt_vec3 draw_direction(vt_rng *rng, double flatness) {
-  double z = vt_random_between(rng, -1, 1) * flatness, angle = vt_random_between(rng, 0, 2 * VT_PI), r = sqrt(1 - z * z);
+  double z = vt_random_between(rng, -1, 1) * flatness, angle = vt_random_between(rng, 0, 2 * VT_PI),
+         r = sqrt(1 - z * z);
   return vt_v3(r * cos(angle), r * sin(angle), z);
 }
 
@@ -32,7 +33,7 @@ static void draw_waves(const vt_wind *wind, uint64_t gust, wave waves[WAVES]) {
   for (int k = 0; k < WAVES; k++) {
     bool sway = k < SWAYS;
     double length = sway ? span * vt_random_between(&rng, 0.4, 1.6) : vt_random_between(&rng, 0.07, 0.16);
-    double size = wind->amplitude * (sway ? 0.7 / SWAYS : 0.3 / FLUTTERS), number = 2 * VT_PI / length;
+    double size = wind->amplitude * (sway ? 0.75 / SWAYS : 0.25 / FLUTTERS), number = 2 * VT_PI / length;
     if (!sway) size = fmin(size, steepest / number);
     waves[k].move = vt_scale(draw_direction(&rng, sway ? 0.25 : 1), size);
     waves[k].number = vt_scale(draw_direction(&rng, 1), number);

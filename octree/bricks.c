@@ -14,6 +14,10 @@
 
 static int page_edge_of(int branching) { return branching == 2 ? 4 : 3; }
 
+static uint64_t map_bound(uint64_t cell_count) {
+  return cell_count * ENTRIES_PER_CELL > SMALL_MAP ? cell_count * ENTRIES_PER_CELL : SMALL_MAP;
+}
+
 static size_t cube(int n) { return (size_t)n * (size_t)n * (size_t)n; }
 
 static void brick_coordinates(const vt_level *level, int edge, uint32_t cell, int at[3]) {
@@ -52,9 +56,7 @@ static void spread_distance(int32_t *entries, int n, int step) {
 // The shape of the map: as deep as it must be to stay small.
 static vt_brick_map plan_map(const vt_level *level, int branching) {
   vt_brick_map map = {.axis = level->axis_bricks, .top_edge = 1, .page_edge = page_edge_of(branching)};
-  size_t bound = (size_t)level->cell_count * ENTRIES_PER_CELL;
-  if (bound < SMALL_MAP) bound = SMALL_MAP;
-  while (cube(map.axis) > bound && map.axis > 1) {
+  while (cube(map.axis) > map_bound(level->cell_count) && map.axis > 1) {
     map.depth++;
     map.top_edge *= map.page_edge;
     map.axis = (level->axis_bricks + map.top_edge - 1) / map.top_edge;
@@ -63,6 +65,15 @@ static vt_brick_map plan_map(const vt_level *level, int branching) {
   int64_t block = (int64_t)map.top_edge * vt_brick_edge(branching);
   for (int d = 0; d < map.depth; d++, block /= map.page_edge) map.entry_count += cube(map.page_edge) * count_blocks(level, block);
   return map;
+}
+
+uint64_t vt_brick_memory_bound(int branching, int level, uint64_t cell_count) {
+  uint64_t axis = 1, edge = (uint64_t)vt_brick_edge(branching), page = (uint64_t)page_edge_of(branching), depth = 0;
+  for (int i = 0; i < level; i++) axis *= (uint64_t)branching;
+  axis = (axis + edge - 1) / edge;
+  for (uint64_t top = axis; top * top * top > map_bound(cell_count) && top > 1; top = (top + page - 1) / page) depth++;
+  uint64_t entries = depth || axis * axis * axis > map_bound(cell_count) ? map_bound(cell_count) : axis * axis * axis;
+  return cell_count * sizeof(vt_brick) + (entries + cell_count * depth * page * page * page) * sizeof(int32_t);
 }
 
 static size_t top_entry(const vt_brick_map *map, const int at[3]) {

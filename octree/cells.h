@@ -35,6 +35,8 @@ int32_t vt_look_up_turned(const vt_level *, const int at[3], int turned, int ahe
 
 // Fills axis_bricks, bricks and map of a level whose cells stand in Morton order.
 vt_status vt_build_bricks(vt_context *, int branching, vt_level *);
+// At most so many bytes do bricks and map of so many cells take, wherever they are.
+uint64_t vt_brick_memory_bound(int branching, int level, uint64_t cell_count);
 // Arrays for `count` cells, zeroed; axis_cells set; no bricks yet.
 vt_status vt_allocate_level(vt_context *, int branching, int level, size_t count, vt_level *out);
 

@@ -71,6 +71,13 @@ vt_status vt_filter_level(vt_context *, int branching, int level_number, const v
                           vt_level *out);
 // Index of the cell at integer coordinates, or VT_NO_CELL (also outside the root).
 uint32_t vt_find_cell(const vt_level *, int branching, int x, int y, int z);
+// The cells beside a cell, or VT_NO_CELL: across its faces (-x, +x, -y, +y, -z, +z), or all around (x fastest, then y,
+// then z; the middle one is itself).
+void vt_face_neighbours(const vt_level *, int branching, uint32_t cell, uint32_t out[6]);
+void vt_all_neighbours(const vt_level *, int branching, uint32_t cell, uint32_t out[27]);
+// The cells of a finer level that lie within a cell of `level`: begin <= index < end.
+typedef struct vt_cell_range { uint32_t begin, end; } vt_cell_range;
+vt_cell_range vt_cells_below(const vt_octree *, int level, uint32_t cell, int finer_level);
 double vt_cell_edge(const vt_octree *, int level);                         // world
 vt_vec3 vt_cell_centre(const vt_octree *, int level, uint32_t cell);       // world
 

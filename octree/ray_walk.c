@@ -4,8 +4,9 @@
 // Two nested walks of integer steps [Amanatides & Woo 1987, A fast voxel traversal algorithm]: over bricks, and within
 // a brick that holds cells over its cells. Distances to planes are in double and begin anew from the planes' integer
 // numbers in each brick, so errors do not grow along the ray; a cell ends where the next begins, so the chords of a ray
-// add up to its clipped length. Empty bricks know how far the nearest cells are, and the walk jumps that far. An axis along which the ray does not move never gives the next plane (its distance is
-// infinite by choice, not by 0/0), and a ray that starts on a plane belongs to the cell above it (half-open cells).
+// add up to its clipped length. Empty bricks know how far the nearest cells are, and the walk jumps that far. An axis
+// along which the ray does not move never gives the next plane (its distance is infinite by choice, not by 0/0), and a ray
+// that starts on a plane belongs to the cell above it (half-open cells). Many rays are walked by ray_packet.c.
 
 #include "octree/cells.h"
 
@@ -129,23 +130,29 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
       w.step[a] = w.direction[a] > 0 ? 1 : -1;
     }
   if (!level->cell_count || !clip_to_root(&w, level->axis_cells, &near, &far)) return 0;
+  double before = near; // the walk begins where the ray enters: distances stay small however far the eye
+  for (int a = 0; a < 3 && near > 0; a++) w.origin[a] += near * w.direction[a];
+  far -= near;
+  near = 0;
 
   stepper s = start_in_brick(&w, near, edge, n);
   double t = near, last = far - 1e-9;
   size_t count = 0;
-  for (;;) {
+  while (s.at >= 0 && s.at < (int64_t)n * n * n) { // or past the last brick by rounding, after thousands of planes
     int at[3] = {(int)(s.at % n), (int)(s.at / n % n), (int)(s.at / n / n)}, skip;
     int32_t number = vt_find_brick(level, at, &skip);
     if (skip > LEAST_SKIP) { // nothing within skip - 1 bricks on any side
       t += (skip - 1) * (double)edge;
-      if (t >= last) return count;
+      if (t >= last) break;
       s = start_in_brick(&w, t, edge, n);
       continue;
     }
     double exit = next_exit(&s), end = exit < far ? exit : far;
     if (number >= 0 && end > t) count += walk_brick(&w, edge, &level->bricks[number], at, t, end, out + count);
-    if (exit >= last) return count;
+    if (exit >= last) break;
     t = end > t ? end : t;
     step_on(&s, exit);
   }
+  for (size_t k = 0; k < count && before > 0; k++) out[k].entry = (float)(out[k].entry + before);
+  return count;
 }

@@ -96,17 +96,15 @@ static inline uint64_t vt_axis_cells(int branching, int level) {
 static inline size_t vt_mask_bytes(int branching) { return branching == 2 ? 1 : 4; } // of one parent's 8 or 27 children
 
 // Bytes the tree takes in memory. Zstd can say "a billion equal bytes" in a few kB, so a file is only allowed to ask for
-// VT_FREE_MEMORY (the brick grids of the finest levels) and VT_MEMORY_PER_BYTE for every byte it has.
+// VT_FREE_MEMORY (the brick maps of the finest levels) and VT_MEMORY_PER_BYTE for every byte it has.
 #define VT_FREE_MEMORY (512ull << 20)
 #define VT_MEMORY_PER_BYTE 1024ull
 static inline uint64_t vt_tree_memory(const vt_tree_head *head) {
   uint64_t edge_texels = (uint64_t)head->texel_edge, tile_bytes = 4 * edge_texels * edge_texels, sum = 0;
   if (head->packed) tile_bytes = 4;
   for (int l = 0; l < head->level_count; l++) {
-    uint64_t edge = (uint64_t)vt_brick_edge(head->branching);
-    uint64_t bricks = (vt_axis_cells(head->branching, l) + edge - 1) / edge;
     uint64_t cells = head->level[l].cell_count;
-    sum += bricks * bricks * bricks * sizeof(vt_brick) + cells * 22 + head->level[l].tile_count * tile_bytes;
+    sum += vt_brick_memory_bound(head->branching, l, cells) + cells * 22 + head->level[l].tile_count * tile_bytes;
     if (head->level[l].has_tiles) sum += cells * (uint64_t)head->view_count * 4;
   }
   return sum;

@@ -60,6 +60,7 @@ static int repetitions(const work *w) { return vt_repetitions_of(w->bench, vt_is
 
 typedef struct rebuild_skip {
   const char *label;
+  vt_method method;
   void (*leave_out)(vt_reconstruct_desc *); // switches the skip off
   bool counts_textures;                     // memory is that of the textures, not the peak
 } rebuild_skip;
@@ -70,11 +71,12 @@ static void keep_hidden(vt_reconstruct_desc *d) { d->prune_hidden = false; }
 static void keep_thin(vt_reconstruct_desc *d) { d->prune_thin = false; }
 static void refine_on(vt_reconstruct_desc *d) { d->refine_epochs = 12; }
 
-static const rebuild_skip rebuild_skips[] = {{"reconstruct/pixels that meet no coarse cell", look_at_empty_pixels, false},
-                                             {"reconstruct/chords kept, not walked anew", walk_anew, false},
-                                             {"reconstruct/hidden billboards", keep_hidden, true},
-                                             {"reconstruct/cells all but empty", keep_thin, true},
-                                             {"reconstruct/refinement beyond 4 epochs (12)", refine_on, false}};
+static const rebuild_skip rebuild_skips[] = {{"reconstruct/pixels that meet no coarse cell", VT_METHOD_BEST, look_at_empty_pixels, false},
+                                             {"reconstruct/chords kept, not walked anew", VT_METHOD_BEST, walk_anew, false},
+                                             {"reconstruct/hidden billboards", VT_METHOD_BEST, keep_hidden, true},
+    {"reconstruct/hidden billboards, method 2006", VT_METHOD_2006, keep_hidden, true},
+                                             {"reconstruct/cells all but empty", VT_METHOD_BEST, keep_thin, true},
+                                             {"reconstruct/refinement beyond 4 epochs (12)", VT_METHOD_BEST, refine_on, false}};
 #define REBUILD_COUNT ((int)(sizeof rebuild_skips / sizeof *rebuild_skips))
 
 typedef struct rebuild_job {
@@ -94,9 +96,8 @@ static vt_status rebuild(void *user, int variant) {
   return status;
 }
 
-static vt_reconstruct_desc usual_desc(const work *w) {
-  (void)w;
-  return vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
+static vt_reconstruct_desc usual_desc(void) {
+    return vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
 }
 
 // Both trees judged and their pictures compared.
@@ -120,8 +121,9 @@ static vt_status compare_trees(work *w, const vt_tree *with, const vt_tree *with
 }
 
 static vt_status measure_rebuild(work *w, const rebuild_skip *skip) {
-  rebuild_job job = {.w = w, .desc = {usual_desc(w), usual_desc(w)}};
+  rebuild_job job = {.w = w, .desc = {usual_desc(), usual_desc()}};
   result r = no_result();
+  job.desc[0].method = job.desc[1].method = skip->method;
   skip->leave_out(&job.desc[1]);
   vt_status status = vt_time_in_turn(w->bench, 2, repetitions(w), rebuild, &job, r.seconds);
   if (!status) status = compare_trees(w, &job.tree[0], &job.tree[1], &r);
@@ -292,8 +294,7 @@ static vt_status measure_levels(work *w) {
     if (!status) status = vt_time_in_turn(w->bench, 2, 2 * repetitions(w) - 1, draw, &job, r.seconds);
     if (!status) status = judge_levels(w, &job, &r);
     for (int i = 0; i < 2; i++) vt_destroy_renderer(w->context, job.renderer[i]);
-    snprintf(label, sizeof label, "draw/levels too fine at %g tree sizes (level %d of %d)", distances[d],
-             vt_choose_level(&w->tree, &cameras[0], 1), vt_finest_level(&w->tree));
+    snprintf(label, sizeof label, "draw/levels too fine at %g tree sizes", distances[d]);
     if (!status) put_result(w, label, &r);
   }
   return status;
@@ -362,7 +363,7 @@ static void put_before_cloth(vt_views *views) {
 // A tree from each set of views; both judged on the true mattes.
 static vt_status compare_mattes(work *w, load_job *job, result *r) {
   vt_tree trees[2] = {{.texel_edge = 0}};
-  vt_reconstruct_desc desc = usual_desc(w);
+  vt_reconstruct_desc desc = usual_desc();
   vt_status status = VT_OK;
   for (int i = 0; i < 2 && !status; i++) status = vt_reconstruct(w->context, &desc, &job->views[i], &trees[i], NULL);
   if (!status) status = compare_trees(w, &trees[0], &trees[1], r);
@@ -426,7 +427,7 @@ static vt_status take_scene(work *w) {
     desc.leaf_count = 4000;
   else
     desc.train_count = 32, desc.leaf_count = 40000;
-  vt_reconstruct_desc how = usual_desc(w);
+  vt_reconstruct_desc how = usual_desc();
   vt_status status = vt_take_photographs(w->context, &desc, &w->scene);
   if (!status) status = vt_reconstruct(w->context, &how, &w->scene.views, &w->tree, NULL);
   if (!status)

@@ -6,6 +6,11 @@
 // summed-area table in four reads. Conservative in every step: pixels pooled by maximum, the rectangle grown by one
 // pixel, a photograph that cuts the cell off says nothing, and where mattes are estimated several photographs must agree
 // (they miss thin twigs now and then).
+//
+// A photograph is first asked about a whole block of 8^3 cells, then of 4^3, 2^3: if it sees that block full of tree, or not
+// at all, or empty, all cells in it are answered at once, and inside a crown or far from it most are. Blocks
+// and cells are runs in Morton order, and a photograph is asked about a run of them before the next photograph is: so the
+// part of its table that they touch stays in the cache.
 
 #include "reconstruct/hull.h"
 #include "reconstruct/footprint.h"
@@ -70,9 +75,9 @@ void vt_free_silhouettes(vt_context *context, vt_silhouettes *s) {
   *s = (vt_silhouettes){0};
 }
 
-typedef enum sight { OUTSIDE, CUT, EMPTY, FILLED } sight;
+typedef enum sight { OUTSIDE, CUT, EMPTY, MIXED, FULL } sight;
 
-static sight look_at_cell(const vt_camera *c, const uint32_t *sums, vt_vec3 centre, double half) {
+static sight look_at(const vt_camera *c, const uint32_t *sums, vt_vec3 centre, double half) {
   vt_footprint f = vt_footprint_of(c, centre, half);
   if (f.kind == VT_BEHIND) return OUTSIDE;
   if (f.kind == VT_AROUND) return CUT;
@@ -86,8 +91,11 @@ static sight look_at_cell(const vt_camera *c, const uint32_t *sums, vt_vec3 cent
   size_t stride = (size_t)c->width + 1;
   uint32_t filled = sums[(size_t)y1 * stride + (size_t)x1] - sums[(size_t)y0 * stride + (size_t)x1] -
                     sums[(size_t)y1 * stride + (size_t)x0] + sums[(size_t)y0 * stride + (size_t)x0];
-  return filled ? FILLED : EMPTY;
+  return !filled ? EMPTY : filled == (uint32_t)(x1 - x0) * (uint32_t)(y1 - y0) ? FULL : MIXED;
 }
+
+#define RUN_CELLS 2048
+#define FIRST_BLOCK 8 // cells along an edge of the blocks that are asked about first
 
 typedef struct carve_job {
   const vt_silhouettes *silhouettes;
@@ -96,21 +104,58 @@ typedef struct carve_job {
   uint8_t *keep;
 } carve_job;
 
+// What one run of cells has been told so far.
+typedef struct run {
+  const carve_job *job;
+  const vt_camera *camera;
+  const uint32_t *sums;
+  vt_vec3 corner; // of the cell (0, 0, 0), world
+  double edge;    // of a cell
+  size_t first;   // cell of votes[0]
+  uint16_t votes[RUN_CELLS], seen[RUN_CELLS];
+} run;
+
+static sight look_at_block(const run *r, const int at[3], int size) {
+  double half = 0.5 * size * r->edge;
+  vt_vec3 offset = vt_v3(at[0] * r->edge + half, at[1] * r->edge + half, at[2] * r->edge + half);
+  return look_at(r->camera, r->sums, vt_add(r->corner, offset), half);
+}
+
+// Asks about the cells [begin, end), which lie in one block of size^3 cells, or in several.
+static void ask(run *r, size_t begin, size_t end, int size) {
+  const vt_level *cells = &r->job->octree->levels[r->job->level];
+  uint16_t most = (uint16_t)r->job->silhouettes->votes;
+  while (begin < end) {
+    int at[3] = {cells->x[begin] / size * size, cells->y[begin] / size * size, cells->z[begin] / size * size};
+    size_t last = begin + 1;
+    bool open = r->votes[begin - r->first] < most;
+    for (; last < end && cells->x[last] / size * size == at[0] && cells->y[last] / size * size == at[1] &&
+           cells->z[last] / size * size == at[2]; last++)
+      open = open || r->votes[last - r->first] < most;
+    sight what = open ? look_at_block(r, at, size) : OUTSIDE;
+    if (size > 1 && (what == CUT || what == MIXED))
+      ask(r, begin, last, size / 2);
+    else
+      for (size_t i = begin - r->first; i < last - r->first; i++) {
+        r->votes[i] = (uint16_t)(r->votes[i] + (what == EMPTY));
+        r->seen[i] = (uint16_t)(r->seen[i] + (what != OUTSIDE));
+      }
+    begin = last;
+  }
+}
+
 static void carve_some(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   carve_job *job = user;
   const vt_silhouettes *s = job->silhouettes;
-  double half = 0.5 * vt_cell_edge(job->octree, job->level);
-  for (size_t cell = begin; cell < end; cell++) {
-    vt_vec3 centre = vt_cell_centre(job->octree, job->level, (uint32_t)cell);
-    int votes = 0, seen = 0;
-    for (int i = 0, view = 0; i < s->count && votes < s->votes; i++, view = (view + job->stride) % s->count) {
-      sight what = look_at_cell(&s->cameras[view], s->sums[view], centre, half);
-      votes += what == EMPTY;
-      seen += what != OUTSIDE;
-    }
-    job->keep[cell] = votes < s->votes && seen >= s->least_seen;
+  run r = {.job = job, .corner = job->octree->origin, .edge = vt_cell_edge(job->octree, job->level), .first = begin};
+  for (int i = 0, view = 0; i < s->count; i++, view = (view + job->stride) % s->count) {
+    r.camera = &s->cameras[view];
+    r.sums = s->sums[view];
+    ask(&r, begin, end, job->octree->branching == 2 ? FIRST_BLOCK : 1);
   }
+  for (size_t cell = begin; cell < end; cell++)
+    job->keep[cell] = r.votes[cell - begin] < s->votes && r.seen[cell - begin] >= s->least_seen;
 }
 
 static int greatest_common_divisor(int a, int b) { return b ? greatest_common_divisor(b, a % b) : a; }
@@ -119,6 +164,6 @@ vt_status vt_carve(vt_context *context, const vt_silhouettes *silhouettes, const
                    uint8_t *keep) {
   int stride = (int)(0.382 * silhouettes->count) + 1;
   while (greatest_common_divisor(stride, silhouettes->count) != 1) stride++;
-  return vt_parallel(context, octree->levels[level].cell_count, 1024, carve_some,
+  return vt_parallel(context, octree->levels[level].cell_count, RUN_CELLS, carve_some,
                      &(carve_job){silhouettes, octree, level, stride, keep});
 }

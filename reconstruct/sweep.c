@@ -3,9 +3,10 @@
 //
 // Solver, colours, ratios and refinement all do the same walk and differ in what they do with a ray's chords. A picture
 // is cut into bands of rows; band b of view i belongs to lane (b + i) mod VT_LANES, so every lane sees an even share of
-// every view, and its own sums (one array a lane) depend on nothing but the input.
+// every view, and its own sums (one array a lane) depend on nothing but the input. Rays are walked in packets of the
+// pixels of a row that may meet a cell, neighbours as a rule.
 //
-// The walk costs several times what is done with its chords, and the same rays are swept ten to a hundred times: so the
+// The walk still costs more than what is done with its chords, and the same rays are swept ten to a hundred times: so the
 // chords of a level are kept (8 bytes each) as long as a bound of memory allows, and renumbered when cells are dropped.
 
 #include "reconstruct/sweep.h"
@@ -25,33 +26,64 @@ typedef struct vt_ray_lane {
   vt_chord *chords;
   size_t ray_count, ray_capacity, chord_count, chord_capacity;
   size_t *first_ray, *first_chord; // [views + 1]
-  vt_segment *segments;            // scratch of one ray
-  vt_chord *scratch;               // the same as chords
+  vt_chord *scratch;               // [VT_PACKET_RAYS][capacity] chords of one packet
+  size_t capacity;
 } vt_ray_lane;
 
 typedef vt_status (*walk_visitor)(void *user, const vt_swept_ray *);
 
+// Pixels of one row that wait to be walked together.
+typedef struct packet {
+  const vt_rays *rays;
+  int lane, view, y, count;
+  int x[VT_PACKET_RAYS];
+  walk_visitor visit;
+  void *user;
+} packet;
+
+static vt_status walk_packet(packet *p) {
+  vt_ray_lane *l = &p->rays->lanes[p->lane];
+  const vt_image *picture = &p->rays->views->pictures[p->view];
+  vt_ray rays[VT_PACKET_RAYS];
+  uint32_t chord_count[VT_PACKET_RAYS];
+  for (int i = 0; i < p->count; i++) rays[i] = vt_camera_ray(&p->rays->views->cameras[p->view], p->x[i] + 0.5, p->y + 0.5);
+  vt_walk_rays(p->rays->octree, p->rays->level, p->rays->path, rays, p->count, l->scratch, l->capacity, chord_count);
+  vt_status status = VT_OK;
+  for (int i = 0; i < p->count && !status; i++) {
+    if (!chord_count[i]) continue;
+    const uint8_t *pixel = picture->pixels + 4 * ((size_t)p->y * (size_t)picture->width + (size_t)p->x[i]);
+    status = p->visit(p->user, &(vt_swept_ray){p->lane, p->view, p->x[i], p->y, pixel,
+                                               l->scratch + (size_t)i * l->capacity, chord_count[i]});
+  }
+  p->count = 0;
+  return status;
+}
+
+static vt_status walk_row(packet *p, int stride) {
+  const vt_pixel_blocks *blocks = &p->rays->blocks[p->view];
+  const uint8_t *marked = blocks->marked + (size_t)(p->y / VT_BLOCK_PIXELS) * (size_t)blocks->width;
+  int width = p->rays->views->pictures[p->view].width;
+  for (int x = 0; x < width; x += stride) {
+    if (!marked[x / VT_BLOCK_PIXELS]) {
+      x = x / VT_BLOCK_PIXELS * VT_BLOCK_PIXELS + VT_BLOCK_PIXELS - stride; // the block's last
+      continue;
+    }
+    p->x[p->count++] = x;
+    vt_status status = p->count == VT_PACKET_RAYS ? walk_packet(p) : VT_OK;
+    if (status) return status;
+  }
+  return p->count ? walk_packet(p) : VT_OK;
+}
+
 // Walks the rays of one view that belong to a lane: all of them, or a sample of one in `stride` along each axis.
 static vt_status walk_view(const vt_rays *rays, int lane, int view, int stride, walk_visitor visit, void *user) {
-  vt_ray_lane *l = &rays->lanes[lane];
-  const vt_camera *camera = &rays->views->cameras[view];
-  const vt_image *picture = &rays->views->pictures[view];
-  const vt_pixel_blocks *blocks = &rays->blocks[view];
-  for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < picture->height; band += VT_LANES)
-    for (int y = band * BAND_ROWS; y < (band + 1) * BAND_ROWS && y < picture->height; y += stride)
-      for (int x = 0; x < picture->width; x += stride) {
-        if (!blocks->marked[(size_t)(y / VT_BLOCK_PIXELS) * (size_t)blocks->width + (size_t)(x / VT_BLOCK_PIXELS)]) {
-          x = x / VT_BLOCK_PIXELS * VT_BLOCK_PIXELS + VT_BLOCK_PIXELS - stride; // the block's last
-          continue;
-        }
-        vt_ray ray = vt_camera_ray(camera, x + 0.5, y + 0.5);
-        size_t count = vt_walk_ray(rays->octree, rays->level, &ray, l->segments);
-        if (!count) continue;
-        for (size_t k = 0; k < count; k++) l->scratch[k] = (vt_chord){l->segments[k].cell, l->segments[k].length};
-        const uint8_t *pixel = picture->pixels + 4 * ((size_t)y * (size_t)picture->width + (size_t)x);
-        vt_status status = visit(user, &(vt_swept_ray){lane, view, x, y, pixel, l->scratch, count});
-        if (status) return status;
-      }
+  packet p = {.rays = rays, .lane = lane, .view = view, .visit = visit, .user = user};
+  int height = rays->views->pictures[view].height;
+  for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < height; band += VT_LANES)
+    for (p.y = band * BAND_ROWS; p.y < (band + 1) * BAND_ROWS && p.y < height; p.y += stride) {
+      vt_status status = walk_row(&p, stride);
+      if (status) return status;
+    }
   return VT_OK;
 }
 
@@ -158,16 +190,17 @@ vt_status vt_collect_rays(vt_context *context, const vt_octree *octree, int leve
                           const vt_reduced_views *views, uint64_t memory_bound, vt_rays *out) {
   VT_ASSERT(coarse_level >= 0 && coarse_level <= level);
   size_t max = vt_max_segments(&octree->levels[level]), count = (size_t)views->count;
-  *out = (vt_rays){octree, views, level, NULL, false, vt_alloc(context, VT_LANES, sizeof(vt_ray_lane))};
+  *out = (vt_rays){.octree = octree, .views = views, .level = level, .path = vt_best_walk_path()};
+  out->lanes = vt_alloc(context, VT_LANES, sizeof(vt_ray_lane));
   if (!out->lanes) return VT_OUT_OF_MEMORY;
   bool there = true;
   for (int i = 0; i < VT_LANES; i++) {
     vt_ray_lane *lane = &out->lanes[i];
-    lane->segments = VT_NEW(context, vt_segment, max);
-    lane->scratch = VT_NEW(context, vt_chord, max);
+    lane->scratch = VT_NEW(context, vt_chord, max * VT_PACKET_RAYS);
+    lane->capacity = max;
     lane->first_ray = VT_NEW(context, size_t, count + 1);
     lane->first_chord = VT_NEW(context, size_t, count + 1);
-    there = there && lane->segments && lane->scratch && lane->first_ray && lane->first_chord;
+    there = there && lane->scratch && lane->first_ray && lane->first_chord;
   }
   collect_job job = {.context = context, .rays = out, .lane_bound = memory_bound / VT_LANES};
   vt_status status = there ? mark_all_blocks(context, out, coarse_level) : VT_OUT_OF_MEMORY;
@@ -188,7 +221,6 @@ void vt_free_rays(vt_context *context, vt_rays *rays) {
   if (!rays->lanes) return;
   forget_kept(context, rays);
   for (int i = 0; i < VT_LANES; i++) {
-    vt_free(context, rays->lanes[i].segments);
     vt_free(context, rays->lanes[i].scratch);
     vt_free(context, rays->lanes[i].first_ray);
     vt_free(context, rays->lanes[i].first_chord);

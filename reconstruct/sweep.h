@@ -28,6 +28,7 @@ typedef struct vt_rays {
   const vt_octree *octree;
   const vt_reduced_views *views;
   int level;
+  vt_walk_path path;           // all give the same bits
   struct vt_pixel_blocks *blocks; // [views] pixels that may meet a cell; owned
   bool kept;                   // false: walked anew at each sweep
   struct vt_ray_lane *lanes;   // [VT_LANES]; owned

@@ -5,10 +5,8 @@
 
 #include "tests/picture_bench.h"
 
-#include "datasets-synthetic/bark.h"
-#include "datasets-synthetic/grow.h"
-#include "datasets-synthetic/leaves.h"
 #include "datasets-synthetic/synthetic.h"
+#include "datasets-synthetic/tree.h"
 
 static inline vt_image make_leaf_texture(vt_context *ctx, int size) { // a disc of noise, and noise where it is not
   vt_image image;
@@ -26,19 +24,17 @@ static inline vt_image make_leaf_texture(vt_context *ctx, int size) { // a disc 
 // A grown tree; with materials: bark, and leaves of two kinds that take turns, one of them cut out of its texture.
 static inline vt_mesh grow_mesh(vt_context *ctx, int leaf_count, bool with_materials, bool with_texture) {
   vt_mesh mesh = {0};
-  vt_skeleton skeleton;
-  assert_int_equal(vt_grow_skeleton(ctx, 7, &skeleton), VT_OK);
-  assert_int_equal(vt_add_bark(ctx, &skeleton, 7, &mesh), VT_OK);
-  assert_int_equal(vt_add_leaves(ctx, &skeleton, 7, leaf_count, &mesh), VT_OK);
-  vt_free_skeleton(ctx, &skeleton);
+  assert_int_equal(vt_grow_tree(ctx, VT_SYNTHETIC_TREE, 7, leaf_count, &mesh), VT_OK);
   assert_true(mesh.solid_count > 0 && mesh.solid_count < mesh.triangle_count);
+  for (int i = 0; i < mesh.material_count; i++) vt_free_image(ctx, &mesh.materials[i].texture);
+  vt_free(ctx, mesh.materials);
+  mesh.materials = NULL, mesh.material_count = 0;
+  memset(mesh.triangle_materials, 0, mesh.triangle_count * sizeof *mesh.triangle_materials);
   if (!with_materials) return mesh;
+  mesh.materials = VT_NEW(ctx, vt_material, 3);
   vt_rng rng = vt_seed_rng(9, 1);
   for (size_t v = 0; v < mesh.vertex_count; v++)
     for (int k = 0; k < 2; k++) mesh.vertices[v].uv[k] = (float)vt_random_between(&rng, -1, 2);
-  for (int i = 0; i < mesh.material_count; i++) vt_free_image(ctx, &mesh.materials[i].texture);
-  vt_free(ctx, mesh.materials);
-  mesh.materials = VT_NEW(ctx, vt_material, 3);
   mesh.material_count = 3;
   mesh.materials[0] = (vt_material){.name = "bark", .albedo = {0.1f, 0.7f, 1}, .specular = 0.04f, .roughness = 0.9f};
   mesh.materials[1] = (vt_material){.name = "upper leaf",
