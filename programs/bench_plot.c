@@ -152,12 +152,14 @@ static int list_ticks(const axis *a, double ticks[40]) {
       ticks[count++] = i * step;
     return count;
   }
-  static const double dense[] = {1, 2, 5};
-  int per_decade = a->high - a->low < 2.5 ? 3 : 1, stride = a->high - a->low > 8 ? 2 : 1;
+  static const double denser[] = {1, 1.5, 2, 3, 4, 5, 6, 8}, dense[] = {1, 2, 5};
+  double range = a->high - a->low;
+  const double *shares = range < 0.9 ? denser : dense;
+  int per_decade = range < 0.9 ? 8 : range < 2.5 ? 3 : 1, stride = range > 8 ? 2 : 1;
   for (int decade = (int)floor(a->low); decade <= (int)ceil(a->high); decade += stride)
     for (int i = 0; i < per_decade && count < 40; i++) {
-      double at = decade + log10(dense[i]);
-      if (at >= a->low && at <= a->high) ticks[count++] = pow(10, decade) * dense[i];
+      double at = decade + log10(shares[i]);
+      if (at >= a->low && at <= a->high) ticks[count++] = pow(10, decade) * shares[i];
     }
   return count;
 }

@@ -92,8 +92,11 @@ const vt_verb vt_verb_bench = {
     .name = "bench",
     .operands = "SUITE|OLD.json [NEW.json]",
     .summary = "measure time against error",
-    .notes = "SUITE is frontier (time against error: presets, budgets and peers on held-out photographs) or all. "
-             "With --report DIR the tables are also written as CSV, and everything as one page, index.html.",
+    .notes =
+        "SUITE is frontier (time against error: presets, budgets and peers on held-out photographs), paper (the "
+        "tables and figures of the paper of 2006 beside ours), scaling (how time and memory grow), stability (error "
+        "over disturbance), skips (what each shortcut saves and costs) or all. With --report DIR the tables are also "
+        "written as CSV, and everything as one page, index.html. With --compare, two reports that --json wrote.",
     .example = "voltree bench frontier --quick --json -",
     .operand_count = 1,
     .operand_most = 2,
