@@ -6,18 +6,18 @@
 // what it sees would say.
 
 #include "datasets-synthetic/truth_cells.h"
+#include "datasets-synthetic/truth_mesh.h"
 
 struct vt_truth {
   bool is_phantom;
   vt_phantom phantom;
-  vt_mesh mesh; // owned; empty of a phantom
+  vt_mesh mesh;          // owned; empty of a phantom
+  vt_mesh_truth *traced; // of the mesh; NULL of a phantom
 };
 
-// Rays through a mesh need ray tracing (truth_mesh.h). Until it is there, this is where meshes end.
-static vt_status begin_mesh(vt_context *ctx, vt_truth *truth) {
-  (void)truth;
-  return vt_fail(ctx, VT_MISSING_PROGRAM,
-                 "synthetic truth: this build cannot trace rays through meshes; build voltree with Embree");
+static vt_status begin_mesh(vt_context *ctx, const vt_synthetic_desc *desc, vt_truth *truth) {
+  vt_status status = vt_make_synthetic_mesh(ctx, desc, &truth->mesh);
+  return status ? status : vt_create_mesh_truth(ctx, &truth->mesh, &truth->traced);
 }
 
 vt_status vt_create_truth(vt_context *ctx, const vt_synthetic_desc *desc, vt_truth **out) {
@@ -30,7 +30,7 @@ vt_status vt_create_truth(vt_context *ctx, const vt_synthetic_desc *desc, vt_tru
   if (truth->is_phantom)
     truth->phantom = vt_make_phantom(desc);
   else
-    status = begin_mesh(ctx, truth);
+    status = begin_mesh(ctx, desc, truth);
   if (status) {
     vt_destroy_truth(ctx, truth);
     return status;
@@ -40,12 +40,14 @@ vt_status vt_create_truth(vt_context *ctx, const vt_synthetic_desc *desc, vt_tru
 }
 
 void vt_destroy_truth(vt_context *ctx, vt_truth *truth) {
-  if (truth) vt_free_mesh(ctx, &truth->mesh);
+  if (!truth) return;
+  vt_destroy_mesh_truth(ctx, truth->traced);
+  vt_free_mesh(ctx, &truth->mesh);
   vt_free(ctx, truth);
 }
 
 double vt_true_optical_depth(const vt_truth *truth, const vt_ray *ray, double near, double far, double radius) {
-  (void)radius;
+  if (!truth->is_phantom) return vt_mesh_optical_depth(truth->traced, ray, near, far, radius);
   return vt_phantom_depth(&truth->phantom, ray, near, far);
 }
 
@@ -98,7 +100,8 @@ static void look_along_rows(void *user, size_t begin, size_t end, int worker) {
 
 vt_status vt_true_view(vt_context *ctx, const vt_truth *truth, const vt_camera *camera, int supersample,
                        vt_fimage *alpha, vt_fimage *depth) {
-  VT_ASSERT(supersample >= 1 && supersample <= 64);
+  VT_ASSERT(supersample >= 1 && supersample <= 32);
+  if (!truth->is_phantom) return vt_mesh_view(ctx, truth->traced, camera, supersample, alpha, depth);
   if (depth) *depth = (vt_fimage){0};
   vt_status status = vt_make_fimage(ctx, camera->width, camera->height, 1, alpha);
   if (!status && depth) status = vt_make_fimage(ctx, camera->width, camera->height, 1, depth);

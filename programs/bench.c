@@ -1,11 +1,11 @@
 // bench.c - filling a report of the bench: tables, spreads, plots, pictures, and timing in turn
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A suite adds and never checks: what could not be kept for want of memory is remembered and refused at the end, so that the
-// code of a suite reads like the experiment it is. Times are taken in turn, 0 1 2 0 1 2: a machine that is shared, warms up or
-// clocks down changes its speed within seconds, and two variants measured one after the other would carry that as if it were
-// theirs. The median of few repetitions is robust against one that was disturbed; the lowest and the highest are kept, since a
-// difference is only believed where the ranges are apart.
+// A suite adds and never checks: what could not be kept for want of memory is remembered and refused at the end, so
+// that the code of a suite reads like the experiment it is. Times are taken in turn, 0 1 2 0 1 2: a machine that is
+// shared, warms up or clocks down changes its speed within seconds, and two variants measured one after the other would
+// carry that as if it were theirs. The median of few repetitions is robust against one that was disturbed; the lowest
+// and the highest are kept, since a difference is only believed where the ranges are apart.
 #include "programs/bench_data.h"
 
 #include "programs/report.h"
@@ -161,7 +161,9 @@ void vt_add_plot(vt_bench *bench, const vt_bench_table *table, const vt_plot *pl
 
 // ---- numbers
 
-bool vt_is_spread(vt_spread value) { return value.low < value.high; }
+bool vt_is_spread(vt_spread value) {
+  return value.low < value.high;
+}
 
 // Enough decimals for four significant digits of the largest; columns that span more than two decades go without.
 vt_number_style vt_style_of_column(const vt_bench_table *table, int column) {
@@ -201,7 +203,8 @@ const char *vt_show_number(vt_number_style style, double value, char text[40]) {
 }
 
 const char *vt_column_title(const vt_bench_column *column, char text[120]) {
-  const char *unit = strncmp(column->name, "CPU", 3) || strcmp(column->unit, "CPU s") ? column->unit : "s"; // CPU said once
+  const char *unit =
+      strncmp(column->name, "CPU", 3) || strcmp(column->unit, "CPU s") ? column->unit : "s"; // CPU said once
   if (*unit && strcmp(unit, "bytes"))
     snprintf(text, 120, "%s (%s)", column->name, unit);
   else
@@ -211,8 +214,12 @@ const char *vt_column_title(const vt_bench_column *column, char text[120]) {
 
 // ---- running
 
-vt_session *vt_session_of(vt_bench *bench) { return bench->session; }
-bool vt_is_quick(const vt_bench *bench) { return bench->quick; }
+vt_session *vt_session_of(vt_bench *bench) {
+  return bench->session;
+}
+bool vt_is_quick(const vt_bench *bench) {
+  return bench->quick;
+}
 
 int vt_repetitions_of(const vt_bench *bench, int usual) {
   return vt_integer_of(&bench->session->arguments, "repetitions", usual);
@@ -239,11 +246,11 @@ vt_spread vt_spread_of(double *values, int count) {
   return (vt_spread){median, values[0], values[count - 1]};
 }
 
-vt_status vt_time_in_turn(vt_bench *bench, int variant_count, int repetitions, vt_status (*run)(void *user, int variant),
-                          void *user, vt_spread *seconds) {
+vt_status vt_time_in_turn(vt_bench *bench, int variant_count, int repetitions,
+                          vt_status (*run)(void *user, int variant), void *user, vt_spread *seconds) {
   VT_ASSERT(variant_count > 0 && repetitions > 0);
   vt_context *context = bench->context;
-  double *times = VT_NEW(context, double, (size_t)variant_count * (size_t)repetitions);
+  double *times = VT_NEW(context, double, (size_t)variant_count *(size_t)repetitions);
   vt_status status = times ? VT_OK : VT_OUT_OF_MEMORY;
   for (int r = 0; r < repetitions && !status; r++)
     for (int v = 0; v < variant_count && !status; v++) {

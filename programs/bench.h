@@ -10,7 +10,7 @@
 // From it come the JSON document, one CSV file a table, and one self-contained HTML page; two of its JSON documents can be
 // compared, table by table, row by row (by label), column by column.
 
-typedef enum vt_better { VT_NEITHER_BETTER, VT_LESS_BETTER, VT_MORE_BETTER } vt_better;
+typedef enum vt_better { VT_NEITHER_BETTER, VT_LESS_BETTER, VT_MORE_BETTER, VT_ONE_BETTER } vt_better; // ONE: nearer to 1
 
 typedef struct vt_bench_column {
   const char *name, *unit; // "PSNR", "dB"; static strings

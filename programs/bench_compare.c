@@ -1,11 +1,12 @@
 // bench_compare.c - what got slower or worse between two reports, beyond noise
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A difference counts only if it is more than what repetitions scatter by. Within `noise_share` of the old value or within `noise`
-// nothing is said; where there are ranges, they must also be apart. A time that was taken only once may have been disturbed by
-// anything, so it is allowed twice as much. Where other programs had a share in the machine, wall time, and what rows of widened
-// noise reached within a time budget, is told but does not count; processor time (unit "CPU s") does. Rows are found by their label, columns
-// by their name, so that a report of an older version can be compared as far as it goes.
+// A difference counts only if it is more than what repetitions scatter by. Within `noise_share` of the old value or
+// within `noise` nothing is said; where there are ranges, they must also be apart. A time that was taken only once may
+// have been disturbed by anything, so it is allowed twice as much. Where other programs had a share in the machine,
+// wall time, and what rows of widened noise reached within a time budget, is told but does not count; processor time
+// (unit "CPU s") does. Rows are found by their label, columns by their name, so that a report of an older version can
+// be compared as far as it goes.
 #include "programs/bench_data.h"
 
 #include "base/json.h"
@@ -39,7 +40,8 @@ static bool is_time(const vt_json *column) {
 
 // Columns are the same where name and unit are: "reconstruct" may be wall time and processor time.
 static const vt_json *find_column(const vt_json *columns, const vt_json *like, size_t *index) {
-  const char *name = vt_json_string(vt_json_member(like, "name"), ""), *unit = vt_json_string(vt_json_member(like, "unit"), "");
+  const char *name = vt_json_string(vt_json_member(like, "name"), ""),
+             *unit = vt_json_string(vt_json_member(like, "unit"), "");
   for (size_t i = 0; i < vt_json_count(columns); i++) {
     const vt_json *column = vt_json_item(columns, i);
     if (strcmp(vt_json_string(vt_json_member(column, "name"), ""), name)) continue;
@@ -60,16 +62,22 @@ static double judge(const vt_json *column, double factor, vt_spread old, vt_spre
   noise *= is_time(column) && once ? 2 * factor : factor;
   double change = new.median - old.median;
   if (!(fabs(change) > noise)) return 0;
-  if (old.low <= new.high && new.low <= old.high) return 0; // the ranges overlap
+  if (old.low <= new.high &&new.low <= old.high) return 0; // the ranges overlap
+  if (!strcmp(better, "one")) {                            // nearer to 1; noise holds for the distance too
+    double farther = fabs(new.median - 1) - fabs(old.median - 1);
+    return fabs(farther) > noise ? farther : 0;
+  }
   return !strcmp(better, "less") ? change : -change;
 }
 
 static void compare_cell(vt_session *session, const char *place, const vt_json *column, double factor, vt_spread old,
                          vt_spread new, verdicts *sum) {
-  const char *name = vt_json_string(vt_json_member(column, "name"), ""), *unit = vt_json_string(vt_json_member(column, "unit"), "");
+  const char *name = vt_json_string(vt_json_member(column, "name"), ""),
+             *unit = vt_json_string(vt_json_member(column, "unit"), "");
   if (isnan(old.median) && isnan(new.median)) return;
   if (isnan(old.median) != isnan(new.median)) {
-    vt_say(session, "missing  %s, %s: %s\n", place, name, isnan(new.median) ? "was measured, is empty now" : "is measured only now");
+    vt_say(session, "missing  %s, %s: %s\n", place, name,
+           isnan(new.median) ? "was measured, is empty now" : "is measured only now");
     sum->missing += isnan(new.median);
     return;
   }
@@ -78,8 +86,9 @@ static void compare_cell(vt_session *session, const char *place, const vt_json *
     sum->same++;
     return;
   }
-  bool time = is_time(column) || !strcmp(unit, "CPU s"), excused = verdict > 0 && sum->busy && (is_time(column) || factor > 1);
-  const char *word = verdict > 0 ? (time ? "slower " : "worse  ")   : (time ? "faster " : "better ");
+  bool time = is_time(column) || !strcmp(unit, "CPU s"),
+       excused = verdict > 0 && sum->busy && (is_time(column) || factor > 1);
+  const char *word = verdict > 0 ? (time ? "slower " : "worse  ") : (time ? "faster " : "better ");
   vt_say(session, "%s  %s, %s: %.5g -> %.5g%s%s", word, place, name, old.median, new.median, *unit ? " " : "", unit);
   if (old.median != 0) vt_say(session, " (%+.1f %%)", 100 * (new.median - old.median) / fabs(old.median));
   vt_say(session, "%s\n", excused ? ", on a busy machine: does not count" : "");
@@ -91,7 +100,8 @@ static void compare_cell(vt_session *session, const char *place, const vt_json *
 
 // ---- tables
 
-static void compare_rows(vt_session *session, const char *table, const vt_json *old, const vt_json *new, verdicts *sum) {
+static void compare_rows(vt_session *session, const char *table, const vt_json *old, const vt_json *new,
+                         verdicts *sum) {
   const vt_json *old_columns = vt_json_member(old, "columns"), *new_columns = vt_json_member(new, "columns");
   const vt_json *rows = vt_json_member(old, "rows");
   for (size_t r = 0; r < vt_json_count(rows); r++) {
@@ -138,20 +148,25 @@ static vt_status check_alike(vt_session *session, const vt_json *old, const vt_j
   const vt_json *both[] = {old, new};
   for (int i = 0; i < 2; i++)
     if (!vt_json_is_array(vt_json_member(both[i], "tables")))
-      return vt_fail(context, VT_BAD_INPUT, "%s: is no report of voltree bench; give what --json wrote", i ? new_path : old_path);
-  const char *old_suite = vt_json_string(vt_json_member(old, "suite"), ""), *new_suite = vt_json_string(vt_json_member(new, "suite"), "");
+      return vt_fail(context, VT_BAD_INPUT, "%s: is no report of voltree bench; give what --json wrote",
+                     i ? new_path : old_path);
+  const char *old_suite = vt_json_string(vt_json_member(old, "suite"), ""),
+             *new_suite = vt_json_string(vt_json_member(new, "suite"), "");
   if (strcmp(old_suite, new_suite))
-    return vt_fail(context, VT_BAD_INPUT, "%s: is of the suite %s, and %s of %s; give two reports of one suite", old_path, old_suite,
-                   new_path, new_suite);
-  bool old_quick = vt_json_bool(vt_json_member(old, "quick"), false), new_quick = vt_json_bool(vt_json_member(new, "quick"), false);
+    return vt_fail(context, VT_BAD_INPUT, "%s: is of the suite %s, and %s of %s; give two reports of one suite",
+                   old_path, old_suite, new_path, new_suite);
+  bool old_quick = vt_json_bool(vt_json_member(old, "quick"), false),
+       new_quick = vt_json_bool(vt_json_member(new, "quick"), false);
   if (old_quick != new_quick)
     return vt_fail(context, VT_BAD_INPUT, "%s: was made %s --quick, the other %s; make both alike", old_path,
                    old_quick ? "with" : "without", new_quick ? "with" : "without");
   const vt_json *old_machine = vt_json_member(old, "machine"), *new_machine = vt_json_member(new, "machine");
-  const char *a = vt_json_string(vt_json_member(old_machine, "processor"), ""), *b = vt_json_string(vt_json_member(new_machine, "processor"), "");
+  const char *a = vt_json_string(vt_json_member(old_machine, "processor"), ""),
+             *b = vt_json_string(vt_json_member(new_machine, "processor"), "");
   double c = vt_json_number(vt_json_member(old, "threads"), 0), d = vt_json_number(vt_json_member(new, "threads"), 0);
   if (strcmp(a, b) || c != d)
-    vt_say(session, "warning: other machines (%s with %.0f threads, %s with %.0f threads): times cannot be compared\n", a, c, b, d);
+    vt_say(session, "warning: other machines (%s with %.0f threads, %s with %.0f threads): times cannot be compared\n",
+           a, c, b, d);
   for (int i = 0; i < 2; i++) {
     double others = vt_json_number(vt_json_member(vt_json_member(both[i], "machine"), "others_share"), 0);
     if (!(others > VT_BUSY_SHARE)) continue;
@@ -175,8 +190,9 @@ vt_status vt_compare_benches(vt_session *session, const char *old_path, const ch
     if (sum.excused) vt_say(session, ", %d not counted", sum.excused);
     vt_say(session, "\n");
     if (sum.worse)
-      status = vt_fail(context, VT_BELOW_QUALITY, "%s: %d figures got worse than in %s beyond noise; they are listed above", new_path,
-                       sum.worse, old_path);
+      status =
+          vt_fail(context, VT_BELOW_QUALITY, "%s: %d figures got worse than in %s beyond noise; they are listed above",
+                  new_path, sum.worse, old_path);
   }
   if (old) vt_free_json(context, old);
   if (new) vt_free_json(context, new);

@@ -22,16 +22,22 @@ struct vt_bench_table {
   vt_bench_row *rows;       // owned
 };
 
-typedef enum vt_bench_kind { VT_BENCH_HEADING, VT_BENCH_SENTENCE, VT_BENCH_TABLE, VT_BENCH_PLOT, VT_BENCH_PICTURE } vt_bench_kind;
+typedef enum vt_bench_kind {
+  VT_BENCH_HEADING,
+  VT_BENCH_SENTENCE,
+  VT_BENCH_TABLE,
+  VT_BENCH_PLOT,
+  VT_BENCH_PICTURE
+} vt_bench_kind;
 
 typedef struct vt_bench_item {
   vt_bench_kind kind;
-  char *text;                  // heading, sentence, caption of a plot or a picture; owned
-  vt_bench_table *table;       // of a table (owned) or of a plot
-  int x_column, y_column;      // of a plot
+  char *text;             // heading, sentence, caption of a plot or a picture; owned
+  vt_bench_table *table;  // of a table (owned) or of a plot
+  int x_column, y_column; // of a plot
   bool log_x, log_y, by_series;
-  char *name;                  // of a plot or a picture: what it is called in the documents; owned
-  vt_image picture;            // owned; empty where no page will be written
+  char *name;       // of a plot or a picture: what it is called in the documents; owned
+  vt_image picture; // owned; empty where no page will be written
 } vt_bench_item;
 
 struct vt_bench {
@@ -48,7 +54,8 @@ struct vt_bench {
 // A heading over what follows: of a suite among several.
 void vt_add_heading(vt_bench *, const char *text);
 
-// ---- numbers as they are read: "" of an empty cell, bytes with their unit; `column` decides the decimals of all its cells
+// ---- numbers as they are read: "" of an empty cell, bytes with their unit; `column` decides the decimals of all its
+// cells
 typedef struct vt_number_style {
   bool bytes;
   int decimals; // negative: so many significant digits each
@@ -70,7 +77,8 @@ typedef struct vt_machine {
 } vt_machine;
 #define VT_BUSY_SHARE 0.15 // beyond it, wall time is no measure of what was run
 vt_machine vt_this_machine(const vt_bench *);
-// Seconds of processor time that the machine had since it was started, and those of them that were used. False if unknown.
+// Seconds of processor time that the machine had since it was started, and those of them that were used. False if
+// unknown.
 bool vt_read_machine_time(double *had, double *used);
 
 // ---- bench_page.c: the page as text; *html is freed with vt_free

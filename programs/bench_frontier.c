@@ -1,9 +1,9 @@
 // bench_frontier.c - what the suite frontier has measured on one capture as tables, plots and pictures
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// One row is one method at one price. Rows of a series make a curve over seconds and over megabytes. A peer that draws opaque
-// pictures, or not all views, cannot stand in the same rows: it gets a table of its own in which our pictures are judged again,
-// over its background and on the views that it drew.
+// One row is one method at one price. Rows of a series make a curve over seconds and over megabytes. A peer that draws
+// opaque pictures, or not all views, cannot stand in the same rows: it gets a table of its own in which our pictures
+// are judged again, over its background and on the views that it drew.
 #include "programs/bench_frontier.h"
 
 #include "programs/bench_data.h"
@@ -12,11 +12,11 @@
 #include <math.h>
 #include <string.h>
 
-#define TIME_NOISE 0.3     // share; the repetitions' ranges must be apart as well
-#define CPU_NOISE 0.25     // processor time is disturbed less by what else runs
-#define BUDGET_NOISE 5.0   // times as much where a time budget decides how far a run comes
+#define TIME_NOISE 0.3   // share; the repetitions' ranges must be apart as well
+#define CPU_NOISE 0.25   // processor time is disturbed less by what else runs
+#define BUDGET_NOISE 5.0 // times as much where a time budget decides how far a run comes
 #define MOST_COLUMNS (VT_MAX_METRIC_COLUMNS + 5)
-#define THUMBNAIL 240      // pixels of the longer side
+#define THUMBNAIL 240 // pixels of the longer side
 
 static const float white[3] = {1, 1, 1};
 
@@ -27,7 +27,9 @@ static vt_spread spread_of(const double *values, int count) {
   return vt_spread_of(sorted, count);
 }
 
-static vt_spread once(double value) { return (vt_spread){value, value, value}; }
+static vt_spread once(double value) {
+  return (vt_spread){value, value, value};
+}
 
 static int list_columns(vt_bench_column out[MOST_COLUMNS]) {
   int count = 0;
@@ -85,7 +87,8 @@ static const char *predictor_label(vt_predictor predictor) {
 }
 
 // What has neither processor time of ours nor bytes; cells that are not put are empty.
-static void put_row(vt_bench_table *table, const char *label, vt_spread seconds, bool with_cpu, const vt_metrics *metrics) {
+static void put_row(vt_bench_table *table, const char *label, vt_spread seconds, bool with_cpu,
+                    const vt_metrics *metrics) {
   vt_add_row(table, label);
   vt_put_spread(table, seconds);
   if (with_cpu) vt_put_value(table, NAN);
@@ -114,7 +117,8 @@ static vt_status put_table(vt_frontier *f) {
   for (int i = 0; i < f->run_count; i++)
     if (f->runs[i].repetitions) put_run(table, &f->runs[i], true);
   for (int p = 0; p < VT_FRONTIER_PREDICTORS; p++)
-    put_row(table, predictor_label(f->predictors[p].predictor), f->predictors[p].seconds, true, &f->predictors[p].metrics);
+    put_row(table, predictor_label(f->predictors[p].predictor), f->predictors[p].seconds, true,
+            &f->predictors[p].metrics);
   vt_status status = VT_OK;
   for (int i = 0; i < f->peer_run_count && !status; i++) {
     vt_frontier_peer *run = &f->peer_runs[i];
@@ -132,7 +136,8 @@ static vt_status put_table(vt_frontier *f) {
 // ---- stages
 
 static void put_stages(vt_frontier *f) {
-  static const char *const names[] = {"bounds", "hull", "rays", "opacity", "colour", "refinement", "tiles", "compress", "frame"};
+  static const char *const names[] = {"bounds",     "hull",  "rays",     "opacity", "colour",
+                                      "refinement", "tiles", "compress", "frame"};
   enum { COLUMNS = 2 + (int)(sizeof names / sizeof *names) };
   vt_bench_column columns[COLUMNS] = {{"reconstruct", "s", VT_LESS_BETTER, TIME_NOISE, 0.02},
                                       {"reconstruct", "CPU s", VT_LESS_BETTER, CPU_NOISE, 0.02}};
@@ -175,8 +180,9 @@ static vt_status put_peer_table(vt_frontier *f, const vt_frontier_peer *run) {
   int count = 1 + vt_metric_columns(columns + 1);
   const float *background = peer->has_background ? peer->background : white;
   snprintf(name, sizeof name, "%s_beside_%.100s_%g", f->name, run->peer->name, run->budget);
-  snprintf(caption, sizeof caption, "%s beside %.100s at %g s: the %d of %d views that it drew, over its background %g %g %g",
-           f->name, run->peer->name, run->budget, peer->drawn, f->judged.count, (double)background[0], (double)background[1],
+  snprintf(caption, sizeof caption,
+           "%s beside %.100s at %g s: the %d of %d views that it drew, over its background %g %g %g", f->name,
+           run->peer->name, run->budget, peer->drawn, f->judged.count, (double)background[0], (double)background[1],
            (double)background[2]);
   vt_bench_table *table = vt_add_table(f->bench, name, caption, columns, count);
   vt_metrics metrics;
@@ -207,7 +213,8 @@ static vt_status put_picture(vt_frontier *f, const char *caption, const vt_image
   vt_context *context = f->context;
   vt_fimage whole = {0}, small = {0};
   vt_image flat = {0}, rgba = {0};
-  int longer = picture->width > picture->height ? picture->width : picture->height, limit = longer > THUMBNAIL ? THUMBNAIL : longer;
+  int longer = picture->width > picture->height ? picture->width : picture->height,
+      limit = longer > THUMBNAIL ? THUMBNAIL : longer;
   vt_status status = vt_make_image(context, picture->width, picture->height, 4, &rgba);
   if (status) return status;
   size_t pixels = (size_t)picture->width * (size_t)picture->height, channels = (size_t)picture->channels;
@@ -254,6 +261,7 @@ vt_status vt_put_frontier(vt_frontier *f) {
   put_unpacked(f);
   put_stages(f);
   for (int i = 0; i < f->peer_run_count && !status; i++)
-    if (f->peer_runs[i].result.drawn && !is_like_ours(f, &f->peer_runs[i].result)) status = put_peer_table(f, &f->peer_runs[i]);
+    if (f->peer_runs[i].result.drawn && !is_like_ours(f, &f->peer_runs[i].result))
+      status = put_peer_table(f, &f->peer_runs[i]);
   return status ? status : put_pictures(f);
 }

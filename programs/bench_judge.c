@@ -1,9 +1,9 @@
 // bench_judge.c - pictures of held-out views, however they were made, and how far they are from the photographs
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A tree, a trivial predictor and a foreign program meet in one thing: 8-bit pictures of the held-out views. All are judged by
-// this file alone, so that no method is measured more kindly than another. Foreign programs may know no transparency; then
-// truth and result are compared over the background that they say, and opacity is not judged.
+// A tree, a trivial predictor and a foreign program meet in one thing: 8-bit pictures of the held-out views. All are
+// judged by this file alone, so that no method is measured more kindly than another. Foreign programs may know no
+// transparency; then truth and result are compared over the background that they say, and opacity is not judged.
 #include "programs/bench_judge.h"
 
 #include "programs/stage_options.h"
@@ -58,8 +58,8 @@ static vt_status blur_picture(vt_context *context, double sigma, vt_fimage *pict
   return VT_OK;
 }
 
-vt_status vt_draw_pictures(vt_session *session, const vt_tree *tree, vt_blend blend, double blur, const vt_views *judged,
-                           vt_pictures *out, double *seconds_per_frame) {
+vt_status vt_draw_pictures(vt_session *session, const vt_tree *tree, vt_blend blend, double blur,
+                           const vt_views *judged, vt_pictures *out, double *seconds_per_frame) {
   vt_context *context = session->context;
   vt_renderer *renderer = NULL;
   vt_fimage picture = {0};
@@ -86,8 +86,8 @@ vt_status vt_draw_pictures(vt_session *session, const vt_tree *tree, vt_blend bl
   return status;
 }
 
-vt_status vt_predict_pictures(vt_session *session, vt_predictor predictor, const vt_views *training, const vt_views *judged,
-                              vt_vec3 centre, vt_pictures *out, vt_spread *seconds) {
+vt_status vt_predict_pictures(vt_session *session, vt_predictor predictor, const vt_views *training,
+                              const vt_views *judged, vt_vec3 centre, vt_pictures *out, vt_spread *seconds) {
   vt_context *context = session->context;
   vt_tree hull = {0};
   double times[3] = {NAN, NAN, NAN};
@@ -118,11 +118,14 @@ typedef struct metric {
   size_t offset;
 } metric;
 
-// The noise of qualities: what another seed, or another order of a sum in a later version, may change without anyone caring.
+// The noise of qualities: what another seed, or another order of a sum in a later version, may change without anyone
+// caring.
 #define METRIC(member) offsetof(vt_metrics, member)
 static const metric metrics[] = {{{"PSNR", "dB", VT_MORE_BETTER, 0, 0.1}, METRIC(psnr)},
                                  {{"foreground PSNR", "dB", VT_MORE_BETTER, 0, 0.1}, METRIC(psnr_foreground)},
                                  {{"SSIM", "", VT_MORE_BETTER, 0, 0.003}, METRIC(ssim)},
+                                 {{"delta E", "", VT_LESS_BETTER, 0.01, 0.1}, METRIC(delta_e)},
+                                 {{"sharpness", "", VT_ONE_BETTER, 0, 0.02}, METRIC(sharpness)},
                                  {{"alpha RMSE", "", VT_LESS_BETTER, 0.01, 0.0005}, METRIC(alpha_rmse)}};
 #define METRIC_COUNT ((int)(sizeof metrics / sizeof *metrics))
 
@@ -160,7 +163,8 @@ static vt_status as_result(vt_context *context, const vt_image *picture, vt_fima
   vt_status status = vt_make_fimage(context, picture->width, picture->height, 4, out);
   size_t pixels = (size_t)picture->width * (size_t)picture->height, channels = (size_t)picture->channels;
   for (size_t i = 0; i < pixels && !status; i++) {
-    for (size_t c = 0; c < 3; c++) out->pixels[4 * i + c] = (float)picture->pixels[channels * i + (channels < 3 ? 0 : c)] / 255;
+    for (size_t c = 0; c < 3; c++)
+      out->pixels[4 * i + c] = (float)picture->pixels[channels * i + (channels < 3 ? 0 : c)] / 255;
     out->pixels[4 * i + 3] = 1;
   }
   return status;

@@ -1,8 +1,9 @@
 // bench_page.c - a report as one HTML page that needs nothing but itself
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The page is sent by mail, kept as an artefact of CI and opened years later: no script, no font, no picture comes from elsewhere.
-// Plots are inline SVG (bench_plot.c), pictures are PNG in base64. Colours follow the reader's choice of light or dark.
+// The page is sent by mail, kept as an artefact of CI and opened years later: no script, no font, no picture comes from
+// elsewhere. Plots are inline SVG (bench_plot.c), pictures are PNG in base64. Colours follow the reader's choice of
+// light or dark.
 #include "programs/bench_data.h"
 
 #include "base/base64.h"
@@ -14,26 +15,38 @@
 static const char style[] =
     ":root{color-scheme:light dark;--paper:#fcfcfb;--ink:#1d1d1b;--soft:#6a6963;--line:#d9d8d2;--faint:#efeeea;"
     "--c0:#0067a8;--c1:#c8500a;--c2:#2d8a4e;--c3:#a2418c;--c4:#8a6d00;--c5:#3f8fb5;--c6:#6d6d6d;--c7:#8c3b2a}\n"
-    "@media(prefers-color-scheme:dark){:root{--paper:#181817;--ink:#e9e8e3;--soft:#9b9a93;--line:#3b3b38;--faint:#242422;"
+    "@media(prefers-color-scheme:dark){:root{--paper:#181817;--ink:#e9e8e3;--soft:#9b9a93;--line:#3b3b38;--faint:#"
+    "242422;"
     "--c0:#5db3ee;--c1:#f0905a;--c2:#69c98b;--c3:#dc92ce;--c4:#d8bb4e;--c5:#8fd0ec;--c6:#b0b0b0;--c7:#e3917f}}\n"
-    "*{box-sizing:border-box}body{margin:0 auto;padding:2.2rem 1.4rem 4rem;max-width:74rem;background:var(--paper);color:var(--ink);"
+    "*{box-sizing:border-box}body{margin:0 auto;padding:2.2rem 1.4rem "
+    "4rem;max-width:82rem;background:var(--paper);color:var(--ink);"
     "font:15px/1.5 system-ui,sans-serif}\n"
-    "h1{font-size:1.7rem;font-weight:600;margin:0 0 .3rem}h2{font-size:1.3rem;font-weight:600;margin:2.8rem 0 .6rem;padding-top:1rem;"
+    "h1{font-size:1.7rem;font-weight:600;margin:0 0 .3rem}h2{font-size:1.3rem;font-weight:600;margin:2.8rem 0 "
+    ".6rem;padding-top:1rem;"
     "border-top:1px solid var(--line)}h3{font-size:1rem;font-weight:600;margin:1.8rem 0 .5rem}\n"
     ".facts{color:var(--soft);margin:0}.warning{border-left:3px solid var(--c1);padding-left:.8rem}\n"
     ".scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.86rem;font-variant-numeric:tabular-nums}\n"
-    "th,td{padding:.28rem .6rem;text-align:right;border-bottom:1px solid var(--faint)}td,tbody th{white-space:nowrap}tbody th{text-align:left;font-weight:400;padding-left:0}"
+    "th,td{padding:.28rem .6rem;text-align:right;border-bottom:1px solid var(--faint)}td,tbody "
+    "th{white-space:nowrap}tbody th{text-align:left;font-weight:400;padding-left:0}"
     "thead th{font-weight:600;color:var(--soft);border-bottom:1px solid var(--line);vertical-align:bottom}"
-    "tbody tr:hover{background:var(--faint)}td small{display:block;color:var(--soft);font-size:.72rem;line-height:1.1}\n"
+    "tbody tr:hover{background:var(--faint)}td "
+    "small{display:block;color:var(--soft);font-size:.72rem;line-height:1.1}\n"
     ".plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(26rem,1fr));gap:1.6rem;margin:1.4rem 0}"
-    "figure{margin:0;min-width:0}figcaption{font-size:.86rem;font-weight:600;margin-bottom:.3rem}.plot svg{width:100%;height:auto;display:block}\n"
-    ".legend{list-style:none;display:flex;flex-wrap:wrap;gap:.15rem 1.1rem;padding:0;margin:.2rem 0 0 1rem;font-size:.8rem}"
+    "figure{margin:0;min-width:0}figcaption{font-size:.86rem;font-weight:600;margin-bottom:.3rem}.plot "
+    "svg{width:100%;height:auto;display:block}\n"
+    ".legend{list-style:none;display:flex;flex-wrap:wrap;gap:.15rem 1.1rem;padding:0;margin:.2rem 0 0 "
+    "1rem;font-size:.8rem}"
     ".legend svg{width:14px;display:inline-block;vertical-align:-2px;margin-right:.35rem}\n"
-    "svg text{font:12px system-ui,sans-serif;fill:var(--soft)}svg .axis{font-size:13px;fill:var(--ink)}svg .label{font-size:11px}"
-    "svg path{fill:none}.grid{stroke:var(--faint)}.frame{stroke:var(--line)}.line{stroke-width:1.8;opacity:.75}.bar{opacity:.6}"
+    "svg text{font:12px system-ui,sans-serif;fill:var(--soft)}svg .axis{font-size:13px;fill:var(--ink)}svg "
+    ".label{font-size:11px}"
+    "svg "
+    "path{fill:none}.grid{stroke:var(--faint)}.frame{stroke:var(--line)}.line{stroke-width:1.8;opacity:.75}.bar{"
+    "opacity:.6}"
     ".across{stroke-dasharray:6 5;opacity:.8}svg .point{stroke:var(--paper);stroke-width:1}\n"
-    ".pictures{display:flex;flex-wrap:wrap;gap:1rem;margin:1.4rem 0}.pictures figcaption{font-weight:400;color:var(--soft);font-size:.78rem;"
-    "max-width:16rem;margin:.3rem 0 0}.pictures img{display:block;max-width:100%;background:#fff;border:1px solid var(--line)}\n";
+    ".pictures{display:flex;flex-wrap:wrap;gap:1rem;margin:1.4rem 0}.pictures "
+    "figcaption{font-weight:400;color:var(--soft);font-size:.78rem;"
+    "max-width:16rem;margin:.3rem 0 0}figure .small{image-rendering:pixelated}.pictures img{display:block;max-width:100%;background:#fff;border:1px solid "
+    "var(--line)}\n";
 
 static void put_style(FILE *page) {
   fprintf(page, "<style>\n%s", style);
@@ -89,7 +102,9 @@ static vt_status put_picture(vt_context *context, FILE *page, const vt_bench_ite
     char *text = vt_base64_encode(context, bytes, size);
     if (!text) status = VT_OUT_OF_MEMORY;
     if (text) {
-      fprintf(page, "<img width=\"%d\" height=\"%d\" alt=\"", item->picture.width, item->picture.height);
+      int scale = item->picture.width < 160 ? 2 : 1; // small ones are looked at with a lens
+      fprintf(page, "<img%s width=\"%d\" height=\"%d\" alt=\"", scale > 1 ? " class=\"small\"" : "",
+              scale * item->picture.width, scale * item->picture.height);
       vt_put_html(page, item->text);
       fprintf(page, "\" src=\"data:image/png;base64,%s\">", text);
     }
@@ -105,21 +120,29 @@ static vt_status put_picture(vt_context *context, FILE *page, const vt_bench_ite
 static void put_head(FILE *page, const vt_bench *bench, const vt_machine *machine) {
   char memory[32];
   fprintf(page,
-          "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">"
+          "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+          "content=\"width=device-width\">"
           "<title>voltree bench %s</title>\n",
           bench->suite);
   put_style(page);
-  fprintf(page, "</head>\n<body>\n<h1>voltree bench %s%s</h1>\n<p class=\"facts\">", bench->suite, bench->quick ? ", quick" : "");
+  fprintf(page, "</head>\n<body>\n<h1>voltree bench %s%s</h1>\n<p class=\"facts\">", bench->suite,
+          bench->quick ? ", quick" : "");
   vt_put_html(page, machine->processor);
-  fprintf(page, ", %d cores (%s), %d threads used, %s of memory, %s<br>voltree %s, %s. Times are medians of repetitions run in turn, "
-                "with the lowest and the highest below.</p>\n",
-          machine->cores, machine->simd, vt_thread_count(bench->context), vt_show_bytes(machine->memory_bytes, memory), machine->system,
-          VT_VERSION, machine->date);
+  fprintf(page,
+          ", %d cores (%s), %d threads used, %s of memory, %s<br>voltree %s, %s. Times are medians of repetitions run "
+          "in turn, "
+          "with the lowest and the highest below.</p>\n",
+          machine->cores, machine->simd, vt_thread_count(bench->context), vt_show_bytes(machine->memory_bytes, memory),
+          machine->system, VT_VERSION, machine->date);
   if (machine->others_share > VT_BUSY_SHARE)
-    fprintf(page, "<p class=\"warning\">Other programs used %.0f %% of the machine while this was measured: times are too long.</p>\n",
+    fprintf(page,
+            "<p class=\"warning\">Other programs used %.0f %% of the machine while this was measured: times are too "
+            "long.</p>\n",
             100 * machine->others_share);
   if (vt_sabotage_of(bench) != VT_NO_SABOTAGE)
-    fputs("<p class=\"warning\">This report was broken on purpose (--sabotage), to see whether a comparison finds it.</p>\n", page);
+    fputs("<p class=\"warning\">This report was broken on purpose (--sabotage), to see whether a comparison finds "
+          "it.</p>\n",
+          page);
 }
 
 // Neighbouring plots share a grid, neighbouring pictures a row.
@@ -130,7 +153,8 @@ static vt_status put_items(FILE *page, const vt_bench *bench) {
     const vt_bench_item *item = &bench->items[i];
     bool grouped = item->kind == VT_BENCH_PLOT || item->kind == VT_BENCH_PICTURE;
     if (open != VT_BENCH_SENTENCE && item->kind != open) fputs("</div>\n", page);
-    if (grouped && item->kind != open) fputs(item->kind == VT_BENCH_PLOT ? "<div class=\"plots\">\n" : "<div class=\"pictures\">\n", page);
+    if (grouped && item->kind != open)
+      fputs(item->kind == VT_BENCH_PLOT ? "<div class=\"plots\">\n" : "<div class=\"pictures\">\n", page);
     open = grouped ? item->kind : VT_BENCH_SENTENCE;
     if (item->kind == VT_BENCH_TABLE) put_table(page, item->table);
     if (item->kind == VT_BENCH_PLOT) vt_put_plot(page, item);

@@ -1,9 +1,9 @@
 // bench_peers.c - foreign programs that are measured in the same run, through one small contract
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Figures from papers were taken on other machines, other photographs and other days. A peer is therefore run here, on the same
-// photographs, at the same time. It is a program that nobody of us wrote: it may crash, hang, write pictures of the wrong size or
-// none. All of that is said in the report and stops nothing.
+// Figures from papers were taken on other machines, other photographs and other days. A peer is therefore run here, on
+// the same photographs, at the same time. It is a program that nobody of us wrote: it may crash, hang, write pictures
+// of the wrong size or none. All of that is said in the report and stops nothing.
 #include "programs/bench_peers.h"
 
 #include "base/child_process.h"
@@ -30,10 +30,13 @@ void vt_free_peers(vt_context *context, vt_peers *peers) {
 static vt_status add_peer(vt_context *context, const char *text, size_t length, const char *where, vt_peers *peers) {
   const char *equals = memchr(text, '=', length);
   if (!equals || equals == text || equals + 1 == text + length || memchr(text, '/', (size_t)(equals - text)))
-    return vt_fail(context, VT_BAD_USAGE, "%s %.*s: is not of the form NAME=EXECUTABLE; give it so", where, (int)length, text);
+    return vt_fail(context, VT_BAD_USAGE, "%s %.*s: is not of the form NAME=EXECUTABLE; give it so", where, (int)length,
+                   text);
   for (int i = 0; i < peers->count; i++)
-    if (strlen(peers->items[i].name) == (size_t)(equals - text) && !memcmp(peers->items[i].name, text, (size_t)(equals - text)))
-      return vt_fail(context, VT_BAD_USAGE, "%s %.*s: there is a peer of this name already; give another", where, (int)length, text);
+    if (strlen(peers->items[i].name) == (size_t)(equals - text) &&
+        !memcmp(peers->items[i].name, text, (size_t)(equals - text)))
+      return vt_fail(context, VT_BAD_USAGE, "%s %.*s: there is a peer of this name already; give another", where,
+                     (int)length, text);
   vt_peer *more = vt_realloc(context, peers->items, (size_t)peers->count + 1, sizeof *more);
   if (!more) return VT_OUT_OF_MEMORY;
   peers->items = more;
@@ -120,8 +123,9 @@ static vt_status take_picture(vt_context *context, const vt_peer *peer, const ch
     snprintf(trouble, sizeof trouble, "%s: %.500s", peer->name, vt_last_error(context));
     vt_clear_error(context);
   } else if (picture.width != view->camera.width || picture.height != view->camera.height) {
-    snprintf(trouble, sizeof trouble, "%s: %s: is %d x %d, and the view %d x %d; let it write pictures of the view's size",
-             peer->name, vt_base_name(path), picture.width, picture.height, view->camera.width, view->camera.height);
+    snprintf(trouble, sizeof trouble,
+             "%s: %s: is %d x %d, and the view %d x %d; let it write pictures of the view's size", peer->name,
+             vt_base_name(path), picture.width, picture.height, view->camera.width, view->camera.height);
   } else if (picture.channels != 4 && !result->has_background) {
     snprintf(trouble, sizeof trouble,
              "%s: %s: is opaque, and no line \"background R G B\" was said; let it say one or write RGBA", peer->name,
@@ -143,17 +147,18 @@ static vt_status take_pictures(vt_context *context, const vt_peer *peer, const c
     char name[32];
     peer_name(VT_TEST, i, name);
     char *path = vt_print_text(context, "%s/%s.png", folder, name);
-    status = path ? take_picture(context, peer, path, &judged->items[i], result, &result->pictures.items[i]) : VT_OUT_OF_MEMORY;
+    status = path ? take_picture(context, peer, path, &judged->items[i], result, &result->pictures.items[i])
+                  : VT_OUT_OF_MEMORY;
     vt_free(context, path);
   }
   if (!status && !result->drawn && !*result->trouble)
-    snprintf(result->trouble, sizeof result->trouble, "%s: wrote no picture of the %d test views; see its contract in bench/peers",
-             peer->name, judged->count);
+    snprintf(result->trouble, sizeof result->trouble,
+             "%s: wrote no picture of the %d test views; see its contract in bench/peers", peer->name, judged->count);
   return status;
 }
 
-vt_status vt_run_peer(vt_context *context, const vt_peer *peer, const char *capture, double seconds, const char *out_folder,
-                      const vt_views *judged, vt_peer_result *out) {
+vt_status vt_run_peer(vt_context *context, const vt_peer *peer, const char *capture, double seconds,
+                      const char *out_folder, const vt_views *judged, vt_peer_result *out) {
   *out = (vt_peer_result){.seconds = NAN};
   vt_status status = vt_make_folder(context, out_folder);
   if (status) return status;
@@ -167,14 +172,17 @@ vt_status vt_run_peer(vt_context *context, const vt_peer *peer, const char *capt
   out->seconds = vt_seconds() - start;
   if (status == VT_CANCELLED || status == VT_OUT_OF_MEMORY) return status;
   if (status == VT_MISSING_PROGRAM)
-    snprintf(out->trouble, sizeof out->trouble, "%s: %s: there is no such program; look at its path", peer->name, peer->executable);
+    snprintf(out->trouble, sizeof out->trouble, "%s: %s: there is no such program; look at its path", peer->name,
+             peer->executable);
   else if (status)
     snprintf(out->trouble, sizeof out->trouble, "%s: %.500s", peer->name, vt_last_error(context));
   else if (code == VT_OUT_OF_TIME)
-    snprintf(out->trouble, sizeof out->trouble, "%s: was ended after %.0f s, twice its budget of %g s and half a minute", peer->name,
-             out->seconds, seconds);
+    snprintf(out->trouble, sizeof out->trouble,
+             "%s: was ended after %.0f s, twice its budget of %g s and half a minute", peer->name, out->seconds,
+             seconds);
   else if (code)
-    snprintf(out->trouble, sizeof out->trouble, "%s: failed with exit code %d; it last said: %s", peer->name, code, ear.last);
+    snprintf(out->trouble, sizeof out->trouble, "%s: failed with exit code %d; it last said: %s", peer->name, code,
+             ear.last);
   vt_clear_error(context);
   if (*out->trouble) return vt_make_pictures(context, judged->count, &out->pictures);
   return take_pictures(context, peer, out_folder, judged, out);

@@ -5,10 +5,11 @@
 
 #include "programs/bench_judge.h"
 
-// The contract: EXECUTABLE CAPTURE SECONDS OUT. CAPTURE holds transforms_train.json, transforms_test.json and images/*.png
-// (straight RGBA); in about SECONDS the program learns from the first and writes pictures of the views of the second to
-// OUT/NAME.png, where NAME is the last part of the view's file_path: RGBA, or RGB over a background that it says in a line
-// "background R G B" (0..1). It may leave views out. After twice the time and half a minute it is ended.
+// The contract: EXECUTABLE CAPTURE SECONDS OUT. CAPTURE holds transforms_train.json, transforms_test.json and
+// images/*.png (straight RGBA); in about SECONDS the program learns from the first and writes pictures of the views of
+// the second to OUT/NAME.png, where NAME is the last part of the view's file_path: RGBA, or RGB over a background that
+// it says in a line "background R G B" (0..1). It may leave views out. After twice the time and half a minute it is
+// ended.
 typedef struct vt_peer {
   char *name, *executable; // owned
 } vt_peer;

@@ -1,9 +1,10 @@
 // bench_plot.c - a plot of a report as inline SVG: axes, curves, spread bars, labels of points
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Colours are classes s0, s1, ... that the page defines for light and for dark; series keep theirs, and their marker, in all plots
-// of a table. A row that has no x, such as a predictor that takes no time, is a dashed line across: what the curves have to beat.
-// Labels of points are put where they cover nothing that is there already, or left out; the title of a point tells all.
+// Colours are classes s0, s1, ... that the page defines for light and for dark; series keep theirs, and their marker,
+// in all plots of a table. A row that has no x, such as a predictor that takes no time, is a dashed line across: what
+// the curves have to beat. Labels of points are put where they cover nothing that is there already, or left out; the
+// title of a point tells all.
 #include "programs/bench_data.h"
 
 #include "programs/report.h"
@@ -74,9 +75,15 @@ static const char *point_name(const plot *p, const char *label) {
 
 // ---- axes
 
-static bool fits(const axis *a, double value) { return isfinite(value) && (!a->log || value > 0); }
-static double scaled(const axis *a, double value) { return a->log ? log10(value / a->unit) : value / a->unit; }
-static bool is_beyond(const axis *a, double value) { return a->clipped && !(scaled(a, value) >= a->low && scaled(a, value) <= a->high); }
+static bool fits(const axis *a, double value) {
+  return isfinite(value) && (!a->log || value > 0);
+}
+static double scaled(const axis *a, double value) {
+  return a->log ? log10(value / a->unit) : value / a->unit;
+}
+static bool is_beyond(const axis *a, double value) {
+  return a->clipped && !(scaled(a, value) >= a->low && scaled(a, value) <= a->high);
+}
 static double place(const axis *a, double value) {
   double v = scaled(a, value);
   if (a->clipped) v = fmin(fmax(v, a->low), a->high);
@@ -96,14 +103,16 @@ static int compare_doubles(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-// One that is far off would press all others together: what lies beyond twice the distance of the quartiles is drawn at the edge.
+// One that is far off would press all others together: what lies beyond twice the distance of the quartiles is drawn at
+// the edge.
 static void find_limits(const plot *p, const axis *a, int column, double *low, double *high) {
   const vt_bench_table *table = p->item->table;
   double values[256];
   int count = 0;
   *low = -INFINITY, *high = INFINITY;
   for (int r = 0; r < table->row_count && count < 256; r++)
-    if (is_point(p, &table->rows[r]) || is_across(p, &table->rows[r])) values[count++] = scaled(a, table->rows[r].cells[column].median);
+    if (is_point(p, &table->rows[r]) || is_across(p, &table->rows[r]))
+      values[count++] = scaled(a, table->rows[r].cells[column].median);
   if (count < 5) return;
   qsort(values, (size_t)count, sizeof *values, compare_doubles);
   double first = values[count / 4], third = values[(3 * count) / 4], reach = 2 * (third - first);
@@ -139,7 +148,8 @@ static int list_ticks(const axis *a, double ticks[40]) {
   int count = 0;
   if (!a->log) {
     double step = nice_step(a->high - a->low);
-    for (double i = ceil(a->low / step - 1e-9); i * step <= a->high * (1 + 1e-12) && count < 40; i++) ticks[count++] = i * step;
+    for (double i = ceil(a->low / step - 1e-9); i * step <= a->high * (1 + 1e-12) && count < 40; i++)
+      ticks[count++] = i * step;
     return count;
   }
   static const double dense[] = {1, 2, 5};
@@ -159,10 +169,14 @@ static void put_axis(plot *p, const axis *a, bool horizontal, int column) {
   for (int i = 0; i < count; i++) {
     double at = place(a, ticks[i] * a->unit);
     if (horizontal)
-      fprintf(p->page, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/><text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">%.6g</text>",
+      fprintf(p->page,
+              "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/><text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" "
+              "y=\"%.1f\">%.6g</text>",
               at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 17, fabs(ticks[i]) < 1e-12 ? 0 : ticks[i]);
     else
-      fprintf(p->page, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/><text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">%.6g</text>",
+      fprintf(p->page,
+              "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/><text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" "
+              "y=\"%.1f\">%.6g</text>",
               LEFT, at, WIDTH - RIGHT, LEFT - 8, at + 4, fabs(ticks[i]) < 1e-12 ? 0 : ticks[i]);
   }
   const vt_bench_column *c = &p->item->table->columns[column];
@@ -171,9 +185,11 @@ static void put_axis(plot *p, const axis *a, bool horizontal, int column) {
   else
     vt_column_title(c, title);
   if (horizontal)
-    fprintf(p->page, "<text class=\"axis\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", (LEFT + WIDTH - RIGHT) / 2, HEIGHT - 10);
+    fprintf(p->page, "<text class=\"axis\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", (LEFT + WIDTH - RIGHT) / 2,
+            HEIGHT - 10);
   else
-    fprintf(p->page, "<text class=\"axis\" text-anchor=\"middle\" transform=\"translate(16 %.1f)rotate(-90)\">", (TOP + HEIGHT - BOTTOM) / 2);
+    fprintf(p->page, "<text class=\"axis\" text-anchor=\"middle\" transform=\"translate(16 %.1f)rotate(-90)\">",
+            (TOP + HEIGHT - BOTTOM) / 2);
   vt_put_html(p->page, title);
   fputs("</text>\n", p->page);
 }
@@ -181,8 +197,9 @@ static void put_axis(plot *p, const axis *a, bool horizontal, int column) {
 // ---- points
 
 static void put_marker(FILE *page, int series, double x, double y) {
-  static const char *const shapes[] = {"m-4.5 0a4.5 4.5 0 1 0 9 0a4.5 4.5 0 1 0 -9 0z", "m-4 -4h8v8h-8z", "m0 -5.2l5 8.6h-10z",
-                                       "m0 -5.6l5.6 5.6l-5.6 5.6l-5.6 -5.6z", "m0 5.2l5 -8.6h-10z"};
+  static const char *const shapes[] = {"m-4.5 0a4.5 4.5 0 1 0 9 0a4.5 4.5 0 1 0 -9 0z", "m-4 -4h8v8h-8z",
+                                       "m0 -5.2l5 8.6h-10z", "m0 -5.6l5.6 5.6l-5.6 5.6l-5.6 -5.6z",
+                                       "m0 5.2l5 -8.6h-10z"};
   fprintf(page, "<path class=\"point s%d\" d=\"M%.1f %.1f%s\"", series % COLOURS, x, y, shapes[series % 5]);
 }
 
@@ -201,8 +218,9 @@ static bool is_free(const plot *p, double x0, double y0, double x1, double y1) {
 
 static void put_label(plot *p, const char *text, int series, double x, double y) {
   double width = LETTER * (double)strlen(text);
-  const double corners[][2] = {{x + 9, y - 6},           {x - 9 - width, y - 6},      {x - width / 2, y - 20}, {x - width / 2, y + 8},
-                               {x + 7, y - 17},          {x + 7, y + 5},              {x - 7 - width, y - 17}, {x - 7 - width, y + 5}};
+  const double corners[][2] = {{x + 9, y - 6},          {x - 9 - width, y - 6}, {x - width / 2, y - 20},
+                               {x - width / 2, y + 8},  {x + 7, y - 17},        {x + 7, y + 5},
+                               {x - 7 - width, y - 17}, {x - 7 - width, y + 5}};
   if (!*text) return;
   for (size_t i = 0; i < sizeof corners / sizeof *corners; i++) {
     double left = corners[i][0], top = corners[i][1];
@@ -216,17 +234,19 @@ static void put_label(plot *p, const char *text, int series, double x, double y)
 }
 
 static void take_bars(plot *p, double x, double y, vt_spread at_x, vt_spread at_y) {
-  if (vt_is_spread(at_x) && fits(&p->x, at_x.low)) take_box(p, place(&p->x, at_x.low), y - 3, place(&p->x, at_x.high), y + 3);
-  if (vt_is_spread(at_y) && fits(&p->y, at_y.low)) take_box(p, x - 3, place(&p->y, at_y.high), x + 3, place(&p->y, at_y.low));
+  if (vt_is_spread(at_x) && fits(&p->x, at_x.low))
+    take_box(p, place(&p->x, at_x.low), y - 3, place(&p->x, at_x.high), y + 3);
+  if (vt_is_spread(at_y) && fits(&p->y, at_y.low))
+    take_box(p, x - 3, place(&p->y, at_y.high), x + 3, place(&p->y, at_y.low));
 }
 
 static void put_bars(plot *p, int series, double x, double y, vt_spread at_x, vt_spread at_y) {
   if (vt_is_spread(at_x) && fits(&p->x, at_x.low))
-    fprintf(p->page, "<path class=\"bar s%d\" d=\"M%.1f %.1fH%.1fm0 -3v6M%.1f %.1fv6\"/>", series % COLOURS, place(&p->x, at_x.low), y,
-            place(&p->x, at_x.high), place(&p->x, at_x.low), y - 3);
+    fprintf(p->page, "<path class=\"bar s%d\" d=\"M%.1f %.1fH%.1fm0 -3v6M%.1f %.1fv6\"/>", series % COLOURS,
+            place(&p->x, at_x.low), y, place(&p->x, at_x.high), place(&p->x, at_x.low), y - 3);
   if (vt_is_spread(at_y) && fits(&p->y, at_y.low))
-    fprintf(p->page, "<path class=\"bar s%d\" d=\"M%.1f %.1fV%.1fm-3 0h6M%.1f %.1fh6\"/>", series % COLOURS, x, place(&p->y, at_y.low),
-            place(&p->y, at_y.high), x - 3, place(&p->y, at_y.low));
+    fprintf(p->page, "<path class=\"bar s%d\" d=\"M%.1f %.1fV%.1fm-3 0h6M%.1f %.1fh6\"/>", series % COLOURS, x,
+            place(&p->y, at_y.low), place(&p->y, at_y.high), x - 3, place(&p->y, at_y.low));
 }
 
 static void put_point(plot *p, const vt_bench_row *row, int series) {
@@ -238,7 +258,8 @@ static void put_point(plot *p, const vt_bench_row *row, int series) {
   put_marker(p->page, series, px, py);
   fputs("><title>", p->page);
   vt_put_html(p->page, row->label);
-  fprintf(p->page, ": %s, %s</title></path>", vt_show_number(vt_style_of_column(item->table, item->x_column), x.median, x_text),
+  fprintf(p->page, ": %s, %s</title></path>",
+          vt_show_number(vt_style_of_column(item->table, item->x_column), x.median, x_text),
           vt_show_number(vt_style_of_column(item->table, item->y_column), y.median, y_text));
 }
 
@@ -260,7 +281,8 @@ static void put_lines(plot *p, int series) {
       if (count++ == 0) fprintf(p->page, "<path class=\"line s%d\" d=\"M", series % COLOURS);
       fprintf(p->page, "%s%.1f %.1f", count > 1 ? "L" : "", place(&p->x, x), place(&p->y, y));
       take_box(p, place(&p->x, x) - 5, place(&p->y, y) - 5, place(&p->x, x) + 5, place(&p->y, y) + 5);
-      take_bars(p, place(&p->x, x), place(&p->y, y), table->rows[r].cells[item->x_column], table->rows[r].cells[item->y_column]);
+      take_bars(p, place(&p->x, x), place(&p->y, y), table->rows[r].cells[item->x_column],
+                table->rows[r].cells[item->y_column]);
       p->shown[series] = true;
     }
   }
@@ -281,7 +303,8 @@ static void put_series(plot *p) {
     bool point = is_point(p, row);
     if (series < 0 || (!point && !is_across(p, row))) continue;
     char beyond[160], number[40];
-    snprintf(beyond, sizeof beyond, "%s: %s, beyond", row->label, vt_show_number(vt_style_of_column(table, p->item->y_column), y, number));
+    snprintf(beyond, sizeof beyond, "%s: %s, beyond", row->label,
+             vt_show_number(vt_style_of_column(table, p->item->y_column), y, number));
     const char *name = is_beyond(&p->y, y) ? beyond : point ? point_name(p, row->label) : row->label;
     put_label(p, name, series, point ? place(&p->x, x) : LEFT + 4, place(&p->y, y));
   }
@@ -304,8 +327,14 @@ static void put_legend(plot *p) {
 void vt_put_plot(FILE *page, const vt_bench_item *item) {
   plot p = {.page = page, .item = item};
   const vt_bench_column *columns = item->table->columns;
-  p.x = (axis){.log = item->log_x, .from = LEFT, .to = WIDTH - RIGHT, .unit = strcmp(columns[item->x_column].unit, "bytes") ? 1 : 1e6};
-  p.y = (axis){.log = item->log_y, .from = HEIGHT - BOTTOM, .to = TOP, .unit = strcmp(columns[item->y_column].unit, "bytes") ? 1 : 1e6};
+  p.x = (axis){.log = item->log_x,
+               .from = LEFT,
+               .to = WIDTH - RIGHT,
+               .unit = strcmp(columns[item->x_column].unit, "bytes") ? 1 : 1e6};
+  p.y = (axis){.log = item->log_y,
+               .from = HEIGHT - BOTTOM,
+               .to = TOP,
+               .unit = strcmp(columns[item->y_column].unit, "bytes") ? 1 : 1e6};
   list_series(&p);
   measure_axis(&p, &p.x, item->x_column, false);
   measure_axis(&p, &p.y, item->y_column, true);

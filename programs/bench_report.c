@@ -1,8 +1,9 @@
 // bench_report.c - the documents of a report: JSON for programs and for the comparison, CSV for spreadsheets
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Times say nothing without the machine, so the JSON document names it: two reports of different machines cannot be compared in
-// time. A cell is a number, or null; where it is the median of several, `low` and `high` of its row hold the range.
+// Times say nothing without the machine, so the JSON document names it: two reports of different machines cannot be
+// compared in time. A cell is a number, or null; where it is the median of several, `low` and `high` of its row hold
+// the range.
 #include "programs/bench_data.h"
 
 #include "base/file.h"
@@ -46,8 +47,8 @@ static void list_simd(char *out, size_t size) {
 bool vt_read_machine_time(double *had, double *used) {
   FILE *file = fopen("/proc/stat", "r");
   double ticks[8] = {0}; // user, nice, system, idle, waiting, ...
-  bool known = file && fscanf(file, "cpu %lf %lf %lf %lf %lf %lf %lf %lf", &ticks[0], &ticks[1], &ticks[2], &ticks[3], &ticks[4],
-                              &ticks[5], &ticks[6], &ticks[7]) == 8;
+  bool known = file && fscanf(file, "cpu %lf %lf %lf %lf %lf %lf %lf %lf", &ticks[0], &ticks[1], &ticks[2], &ticks[3],
+                              &ticks[4], &ticks[5], &ticks[6], &ticks[7]) == 8;
   if (file) fclose(file);
   long rate = sysconf(_SC_CLK_TCK);
   *had = *used = 0;
@@ -72,7 +73,8 @@ vt_machine vt_this_machine(const vt_bench *bench) {
   read_processor(machine.processor, sizeof machine.processor);
   list_simd(machine.simd, sizeof machine.simd);
   struct utsname name;
-  if (!uname(&name)) snprintf(machine.system, sizeof machine.system, "%.40s %.60s %.40s", name.sysname, name.release, name.machine);
+  if (!uname(&name))
+    snprintf(machine.system, sizeof machine.system, "%.40s %.60s %.40s", name.sysname, name.release, name.machine);
   time_t now = time(NULL);
   struct tm parts;
   if (gmtime_r(&now, &parts)) strftime(machine.date, sizeof machine.date, "%Y-%m-%dT%H:%M:%SZ", &parts);
@@ -97,7 +99,8 @@ static void put_machine(vt_json_writer *json, const vt_machine *machine) {
 // ---- JSON
 
 static const char *better_word(vt_better better) {
-  return better == VT_LESS_BETTER ? "less" : better == VT_MORE_BETTER ? "more" : "neither";
+  static const char *const words[] = {"neither", "less", "more", "one"};
+  return words[better];
 }
 
 static void put_numbers(vt_json_writer *json, const char *key, const vt_bench_row *row, int count, int which) {
@@ -208,7 +211,10 @@ static void print_csv(FILE *file, const vt_bench_table *table) {
     const vt_bench_column *column = &table->columns[c];
     for (int r = 0; r < table->row_count; r++) ranged[c] |= vt_is_spread(table->rows[r].cells[c]);
     for (int part = 0; part < (ranged[c] ? 3 : 1); part++) {
-      snprintf(title, sizeof title, "%s%s%s%s%s", column->name, part == 0 ? "" : part == 1 ? " low" : " high",
+      snprintf(title, sizeof title, "%s%s%s%s%s", column->name,
+               part == 0   ? ""
+               : part == 1 ? " low"
+                           : " high",
                *column->unit ? " (" : "", column->unit, *column->unit ? ")" : "");
       fputc(',', file);
       put_field(file, title);
@@ -237,8 +243,8 @@ static vt_status write_csv(vt_bench *bench, const vt_bench_table *table) {
   bool bad = !file || ferror(file);
   if (file && fclose(file)) bad = true;
   char *path = vt_print_text(context, "%s/%s.csv", bench->session->report, table->name);
-  vt_status status = bad    ? vt_fail(context, VT_OUT_OF_MEMORY, "%s.csv: the system has no memory left; close other programs",
-                                      table->name)
+  vt_status status = bad    ? vt_fail(context, VT_OUT_OF_MEMORY,
+                                      "%s.csv: the system has no memory left; close other programs", table->name)
                      : path ? vt_write_file(context, path, text, size)
                             : VT_OUT_OF_MEMORY;
   vt_free(context, path);

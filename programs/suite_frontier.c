@@ -1,12 +1,13 @@
 // suite_frontier.c - time against error: presets, time budgets and peers on held-out photographs
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Error without time, or time without error, can be bought at any price. What counts is the frontier: no method to the left of it
-// is as good, none above it as fast. For each capture the presets and a row of time budgets are reconstructed, packed and drawn
-// from the held-out views, beside what is reached without any method (the nearest photograph, the visual hull with mean colours),
-// by the methods of 2004 and 2006, and by foreign programs (bench_peers.h). Everything runs in rounds, one repetition of each
-// thing after the other; the long ones run once. Presets give the same bits each time; what a time budget reaches depends
-// on the machine's mood, so a wider noise is allowed there.
+// Error without time, or time without error, can be bought at any price. What counts is the frontier: no method to the
+// left of it is as good, none above it as fast. For each capture the presets and a row of time budgets are
+// reconstructed, packed and drawn from the held-out views, beside what is reached without any method (the nearest
+// photograph, the visual hull with mean colours), by the methods of 2004 and 2006, and by foreign programs
+// (bench_peers.h). Everything runs in rounds, one repetition of each thing after the other; the long ones run once.
+// Presets give the same bits each time; what a time budget reaches depends on the machine's mood, so a wider noise is
+// allowed there.
 #include "base/file.h"
 #include "base/folders.h"
 #include "datasets-synthetic/synthetic.h"
@@ -23,7 +24,8 @@ static const float white[3] = {1, 1, 1};
 // ---- what is run
 
 static vt_frontier_run *add_run(vt_frontier *f, vt_method method, vt_preset preset, double budget) {
-  static const char *const methods[] = {"tri-grid 2004", "octree 2006", "voltree"}, *const presets[] = {"draft", "normal", "high"};
+  static const char *const methods[] = {"tri-grid 2004", "octree 2006", "voltree"}, *const presets[] = {
+                                                                                        "draft", "normal", "high"};
   VT_ASSERT(f->run_count < VT_MAX_FRONTIER_RUNS);
   vt_frontier_run *run = &f->runs[f->run_count++];
   *run = (vt_frontier_run){.method = method, .preset = preset, .budget = budget};
@@ -47,10 +49,13 @@ static void list_runs(vt_frontier *f, bool quick) {
     add_run(f, VT_METHOD_2006, usual, 0);
   }
   if (quick) add_run(f, method, VT_PRESET_NORMAL, 1);
-  for (size_t i = 0; !quick && i < sizeof budgets / sizeof *budgets; i++) add_run(f, method, VT_PRESET_HIGH, budgets[i]);
+  for (size_t i = 0; !quick && i < sizeof budgets / sizeof *budgets; i++)
+    add_run(f, method, VT_PRESET_HIGH, budgets[i]);
 }
 
-static double expected_seconds(const vt_frontier_run *run) { return run->budget > 0 ? run->budget + 5 : 20; }
+static double expected_seconds(const vt_frontier_run *run) {
+  return run->budget > 0 ? run->budget + 5 : 20;
+}
 
 // ---- one run
 
@@ -74,8 +79,8 @@ static void waste_time(double start, double start_cpu) {
   while (vt_seconds() < end || vt_cpu_seconds() < end_cpu) continue;
 }
 
-static vt_status judge_tree(vt_frontier *f, vt_frontier_run *run, const vt_tree *tree, vt_pictures *keep, vt_metrics *out,
-                            double *frame) {
+static vt_status judge_tree(vt_frontier *f, vt_frontier_run *run, const vt_tree *tree, vt_pictures *keep,
+                            vt_metrics *out, double *frame) {
   vt_pictures pictures = {0};
   vt_blend blend = run->method == VT_METHOD_BEST ? VT_BLEND_GEOMETRIC : VT_BLEND_SUM;
   double blur = vt_sabotage_of(f->bench) == VT_SABOTAGE_BLUR ? 1.5 : 0;
@@ -83,7 +88,8 @@ static vt_status judge_tree(vt_frontier *f, vt_frontier_run *run, const vt_tree 
   if (!status) status = vt_judge_pictures(f->context, &pictures, &f->judged, white, out);
   if (!status && keep && !keep->count) {
     *keep = pictures;
-    for (int i = 1; i < keep->count && !f->peers.count; i++) vt_free_image(f->context, &keep->items[i]); // the first is shown
+    for (int i = 1; i < keep->count && !f->peers.count; i++)
+      vt_free_image(f->context, &keep->items[i]); // the first is shown
     return VT_OK;
   }
   vt_free_pictures(f->context, &pictures);
@@ -183,8 +189,8 @@ static vt_status run_predictors(vt_frontier *f) {
   for (int p = 0; p < VT_FRONTIER_PREDICTORS; p++) {
     vt_frontier_predictor *out = &f->predictors[p];
     out->predictor = p == 0 ? VT_PREDICT_NEAREST : VT_PREDICT_HULL;
-    vt_status status = vt_predict_pictures(f->session, out->predictor, &f->training, &f->judged, f->centre, &out->pictures,
-                                           &out->seconds);
+    vt_status status = vt_predict_pictures(f->session, out->predictor, &f->training, &f->judged, f->centre,
+                                           &out->pictures, &out->seconds);
     if (!status) status = vt_judge_pictures(f->context, &out->pictures, &f->judged, white, &out->metrics);
     if (status) return status;
   }
@@ -206,7 +212,8 @@ static vt_status run_peers(vt_frontier *f) {
       run->peer = &f->peers.items[p];
       run->budget = given ? given : vt_is_quick(f->bench) ? 5 : budgets[b];
       char *out = vt_print_text(context, "%s/out_%d", f->scratch, f->peer_run_count);
-      status = out ? vt_run_peer(context, run->peer, capture, run->budget, out, &f->judged, &run->result) : VT_OUT_OF_MEMORY;
+      status =
+          out ? vt_run_peer(context, run->peer, capture, run->budget, out, &f->judged, &run->result) : VT_OUT_OF_MEMORY;
       if (out) vt_remove_folder(context, out);
       vt_free(context, out);
       f->steps_done += run->budget;
@@ -302,4 +309,5 @@ static vt_status run(vt_bench *bench) {
   return status;
 }
 
-const vt_suite vt_suite_frontier = {"frontier", "time against error: presets, budgets and peers on held-out photographs", run};
+const vt_suite vt_suite_frontier = {"frontier",
+                                    "time against error: presets, budgets and peers on held-out photographs", run};

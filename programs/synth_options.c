@@ -24,8 +24,9 @@ const vt_option vt_synth_options[] = {
     {"height", 0, VT_OPTION_INTEGER, "N", 16, 8192, false, "pixels down, instead of --size"},
     {"fov", 0, VT_OPTION_NUMBER, "DEG", 1, 140, false, "angle of view from top to bottom, degrees"},
     {"supersample", 0, VT_OPTION_INTEGER, "N", 1, 8, false, "samples along an edge of a pixel, for soft mattes"},
-    {"leaves", 0, VT_OPTION_INTEGER, "N", 0, 1000000, false,
-     "about so many leaves (or needle clusters) on a grown tree; 0: bare; default: as many as its kind has"},
+    {"leaves", 0, VT_OPTION_INTEGER, "N", -1, 1000000, false,
+     "about so many leaves (or needle clusters) on a grown tree; 0: bare; -1: as many as its kind has, the default of "
+     "all kinds but tree"},
     {"peak-extinction", 0, VT_OPTION_NUMBER, "X", 1e-6, 1e6, false,
      "highest extinction of a phantom, per unit length; it is about 2 high"},
     {"rig", 0, VT_OPTION_CHOICE, "spiral|ring|hemisphere|arc|drone|handheld", 0, 0, false,
@@ -115,7 +116,9 @@ static void change_desc(const vt_arguments *a, vt_synthetic_desc *d) {
   d->height = vt_integer_of(a, "height", vt_integer_of(a, "size", d->height));
   if (vt_given(a, "fov")) d->fov_y = vt_number_of(a, "fov", 0) * DEGREE;
   d->supersample = vt_integer_of(a, "supersample", d->supersample);
-  d->leaf_count = vt_integer_of(a, "leaves", d->leaf_count);
+  // A scene's number of leaves, and the default one, are of its own kind.
+  bool own = vt_given(a, "kind") && d->kind != VT_SYNTHETIC_TREE && !vt_is_phantom(d->kind);
+  d->leaf_count = vt_integer_of(a, "leaves", own ? -1 : d->leaf_count);
   d->peak_extinction = vt_number_of(a, "peak-extinction", d->peak_extinction);
   d->rig = (vt_rig)vt_choice_of(a, "rig", (int)d->rig);
   d->backdrop = (vt_backdrop)vt_choice_of(a, "backdrop", (int)d->backdrop);

@@ -9,19 +9,23 @@
 static const vt_option options[] = {
     {"quick", 0, VT_OPTION_FLAG, "", 0, 0, false, "small scenes and few variants: at most two minutes on two cores"},
     {"capture", 0, VT_OPTION_LIST, "DIR", 0, 0, false,
-     "photographs, a capture, or the name of a synthetic scene to run on, may be given several times; default: the suite's own scenes"},
+     "photographs, a capture, or the name of a synthetic scene to run on, may be given several times; default: the "
+     "suite's own scenes"},
     {"method", 0, VT_OPTION_CHOICE, "2004|2006|best", 0, 0, false, "as in reconstruct; default: best"},
     {"repetitions", 0, VT_OPTION_INTEGER, "N", 1, VT_MAX_REPETITIONS, false,
      "how often each timed thing is run, in turn with the others; medians are shown"},
     {"peer", 0, VT_OPTION_LIST, "NAME=EXECUTABLE", 0, 0, false,
-     "a foreign program that the frontier measures too (bench/peers explains what it must do), may be given several times; "
+     "a foreign program that the frontier measures too (bench/peers explains what it must do), may be given several "
+     "times; "
      "also from the environment variable VOLTREE_PEERS, separated by commas"},
     {"peer-seconds", 0, VT_OPTION_INTEGER, "N", 1, 86400, false,
      "the time that a peer is told to take; default: once 45 and once 180 seconds, with --quick 5"},
     {"compare", 0, VT_OPTION_FLAG, "", 0, 0, false,
-     "compare two reports of one suite, OLD.json and NEW.json, and exit 7 if anything got slower or worse beyond noise"},
+     "compare two reports of one suite, OLD.json and NEW.json, and exit 7 if anything got slower or worse beyond "
+     "noise"},
     {"sabotage", 0, VT_OPTION_CHOICE, "solver|blur|slow", 0, 0, false,
-     "checks the bench itself: halve the optical depths of what was reconstructed, blur what is judged, or take half as long "
+     "checks the bench itself: halve the optical depths of what was reconstructed, blur what is judged, or take half "
+     "as long "
      "again; a comparison with an honest report must find it"},
     {0}};
 
@@ -39,7 +43,8 @@ static vt_status complain_suite(vt_context *context, const char *name) {
   return vt_fail(context, VT_BAD_USAGE, "%s: no such suite; there is %sand all", name, list);
 }
 
-// All suites in one report, each under its heading; one that fails leaves its sentence and the others run. Ends the bench.
+// All suites in one report, each under its heading; one that fails leaves its sentence and the others run. Ends the
+// bench.
 static vt_status run_all(vt_bench *bench) {
   vt_context *context = bench->context;
   vt_status first = VT_OK;
@@ -69,7 +74,8 @@ static vt_status run(vt_session *session) {
     return vt_fail(context, VT_BAD_USAGE, "--compare: takes two reports; give OLD.json and NEW.json");
   }
   if (arguments->operand_count > 1)
-    return vt_fail(context, VT_BAD_USAGE, "%s: one name too many for bench; give one suite, or --compare", arguments->operands[1]);
+    return vt_fail(context, VT_BAD_USAGE, "%s: one name too many for bench; give one suite, or --compare",
+                   arguments->operands[1]);
   const vt_suite *suite = NULL;
   for (int i = 0; i < SUITE_COUNT; i++)
     if (!strcmp(suites[i]->name, name)) suite = suites[i];
@@ -82,13 +88,14 @@ static vt_status run(vt_session *session) {
   return vt_end_bench(bench, suite->run(bench));
 }
 
-const vt_verb vt_verb_bench = {.name = "bench",
-                               .operands = "SUITE|OLD.json [NEW.json]",
-                               .summary = "measure time against error",
-                               .notes = "SUITE is frontier (time against error: presets, budgets and peers on held-out photographs) or all. "
-                                        "With --report DIR the tables are also written as CSV, and everything as one page, index.html.",
-                               .example = "voltree bench frontier --quick --json -",
-                               .operand_count = 1,
-                               .operand_most = 2,
-                               .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
-                               .run = run};
+const vt_verb vt_verb_bench = {
+    .name = "bench",
+    .operands = "SUITE|OLD.json [NEW.json]",
+    .summary = "measure time against error",
+    .notes = "SUITE is frontier (time against error: presets, budgets and peers on held-out photographs) or all. "
+             "With --report DIR the tables are also written as CSV, and everything as one page, index.html.",
+    .example = "voltree bench frontier --quick --json -",
+    .operand_count = 1,
+    .operand_most = 2,
+    .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
+    .run = run};

@@ -43,7 +43,7 @@ static recipe recipe_of(const vt_reconstruct_desc *desc) {
   r.finer_levels = desc->preset == VT_PRESET_DRAFT ? -1 : desc->preset == VT_PRESET_NORMAL ? 0 : 1;
   if (desc->method != VT_METHOD_BEST) {
     r.refine_epochs = 0;
-    r.opacity.domain = VT_LOG_DOMAIN;
+    r.opacity = vt_sart_opacity_desc();
     r.colour_iterations = 0;
     r.billboard.prune = desc->method == VT_METHOD_2006;
     r.billboard.neighbours = 0;
@@ -172,6 +172,7 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   report->rays = opacity.rays;
   report->saturated_share = opacity.saturated_share;
   report->alpha_rmse = opacity.alpha_rmse;
+  report->held_out_rmse = opacity.held_out_rmse;
   return status;
 }
 

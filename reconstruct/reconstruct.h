@@ -40,7 +40,8 @@ typedef struct vt_level_report {
   uint64_t billboards_before, billboards; // (view, cell) pairs before and after pruning by visibility
   uint64_t rays;                          // per iteration
   double saturated_share;                 // of the rays, alpha > 0.99
-  double alpha_rmse;                      // of the training rays after the last iteration
+  double alpha_rmse;                      // of the training rays in the last iteration
+  double held_out_rmse;                   // of the rays that opacity did not see; NAN where it saw all
   double seconds_opacity, seconds_tiles;
 } vt_level_report;
 

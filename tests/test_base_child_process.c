@@ -43,10 +43,10 @@ static void programs_that_hang_are_ended_with_what_they_started(void **state) {
   (void)state;
   vt_context *context = make_context();
   char said[1000];
-  static const char *const scripts[] = {"echo $$; sleep 100",                         // says nothing more
-                                        "echo $$; exec sleep 100 >/dev/null 2>&1",    // closes its output
+  static const char *const scripts[] = {"echo $$; sleep 100",                          // says nothing more
+                                        "echo $$; exec sleep 100 >/dev/null 2>&1",     // closes its output
                                         "echo $$; trap '' TERM; sleep 100; sleep 100", // does not listen
-                                        "echo $$; sleep 100 & exit 0"};               // leaves a child that holds the output
+                                        "echo $$; sleep 100 & exit 0"}; // leaves a child that holds the output
   for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++) {
     double start = vt_seconds();
     assert_int_equal(run_shell(context, scripts[i], 0.3, said), VT_OUT_OF_TIME);

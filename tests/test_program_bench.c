@@ -1,11 +1,10 @@
-// test_program_bench.c - voltree bench from outside: its documents, its peers, and that it finds what it is there to find
+// test_program_bench.c - voltree bench from outside: its documents, its peers, and that it finds what it is for
 // SPDX-License-Identifier: BSD-3-Clause
+#if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
 #include "base/context.h"
 #include "base/file.h"
 #include "base/json.h"
 #include "tests/program_run.h"
-
-#if defined(VT_WITH_OPENIMAGEIO) && defined(VT_WITH_JANSSON)
 
 // One thread, so that processor time is what a run needs; small codebooks, so that reconstructing is most of it.
 #define QUICK "bench frontier --quick --threads 1 --repetitions 5 --colour-codewords 32 --alpha-codewords 32 "
@@ -118,11 +117,14 @@ static void page_needs_no_network_and_closes_what_it_opens(void **state) {
   (void)state;
   make_honest_report();
   const char *page = contents("page/index.html");
-  static const char *const nowhere[] = {"http:", "https:", "://", "url(", "@import", "href=", "<script", "<link", "<iframe"};
+  static const char *const nowhere[] = {"http:", "https:",  "://",   "url(",   "@import",
+                                        "href=", "<script", "<link", "<iframe"};
   for (size_t i = 0; i < sizeof nowhere / sizeof *nowhere; i++) assert_int_equal(count_words(page, nowhere[i]), 0);
-  assert_int_equal(count_words(page, "src=\""), count_words(page, "src=\"data:image/png;base64,iVBOR")); // the signature of PNG
+  assert_int_equal(count_words(page, "src=\""),
+                   count_words(page, "src=\"data:image/png;base64,iVBOR")); // the signature of PNG
   assert_true(count_words(page, "src=\"") >= 3);
-  static const char *const tags[] = {"table", "thead", "tbody", "tr", "figure", "svg", "text", "h2", "h3", "div", "ul", "li", "small"};
+  static const char *const tags[] = {"table", "thead", "tbody", "tr", "figure", "svg",  "text",
+                                     "h2",    "h3",    "div",   "ul", "li",     "small"};
   for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
     char open[20], open_with[20], close[20];
     snprintf(open, sizeof open, "<%s>", tags[i]);
@@ -178,7 +180,7 @@ static void a_blurred_tree_is_found(void **state) {
   assert_code(run(QUICK "--json blur.json --sabotage blur"), 0);
   outcome *o = run("bench --compare old.json blur.json");
   assert_code(o, 7);
-  assert_says(o->out, "worse    tree_96: voltree/draft, SSIM");
+  assert_says(o->out, "worse    tree_96: voltree/draft, sharpness");
 }
 
 static void a_slowed_stage_is_found(void **state) {
@@ -244,8 +246,9 @@ static void write_script(const char *path, const char *lines) {
 static void peers_are_measured_and_their_faults_told(void **state) {
   (void)state;
   make_honest_report();
-  const char *each = "for f in $(sed -n 's/.*\"file_path\": *\"\\([^\"]*\\)\".*/\\1/p' $capture/transforms_test.json); do "
-                     "cp $capture/%s $out/${f##*/}.png; done";
+  const char *each =
+      "for f in $(sed -n 's/.*\"file_path\": *\"\\([^\"]*\\)\".*/\\1/p' $capture/transforms_test.json); do "
+      "cp $capture/%s $out/${f##*/}.png; done";
   char lines[600];
   snprintf(lines, sizeof lines, each, "$f.png"); // cheats: the truth itself
   write_script("truth.sh", lines);
@@ -257,8 +260,9 @@ static void peers_are_measured_and_their_faults_told(void **state) {
   char size[400];
   snprintf(size, sizeof size, "cp %s/small/images/test/r_0.png $out/test_000.png", run_folder);
   write_script("size.sh", size);
-  outcome *o = run(QUICK "--repetitions 1 --peer-seconds 2 --json peers.json --peer truth=./truth.sh --peer first=./first.sh "
-                         "--peer fails=./fails.sh --peer silent=./silent.sh --peer size=./size.sh --peer nobody=./nobody.sh");
+  outcome *o =
+      run(QUICK "--repetitions 1 --peer-seconds 2 --json peers.json --peer truth=./truth.sh --peer first=./first.sh "
+                "--peer fails=./fails.sh --peer silent=./silent.sh --peer size=./size.sh --peer nobody=./nobody.sh");
   assert_code(o, 0);
   assert_says(o->out, "tree_96: fails: failed with exit code 3; it last said: out of splats");
   assert_says(o->out, "tree_96: silent: wrote no picture of the 4 test views");
@@ -271,7 +275,8 @@ static void peers_are_measured_and_their_faults_told(void **state) {
   double psnr[2] = {0};
   for (size_t r = 0; r < vt_json_count(rows); r++) {
     const char *label = vt_json_string(vt_json_member(vt_json_item(rows, r), "label"), "");
-    double value = vt_json_number(vt_json_item(vt_json_member(vt_json_item(rows, r), "values"), 2), -1); // behind the two times
+    double value =
+        vt_json_number(vt_json_item(vt_json_member(vt_json_item(rows, r), "values"), 2), -1); // behind the two times
     if (!strcmp(label, "truth/2 s")) psnr[0] = value;
     if (!strcmp(label, "first/2 s")) psnr[1] = value;
     if (!strcmp(label, "fails/2 s")) assert_close(value, -1, 0);
@@ -283,13 +288,15 @@ static void peers_are_measured_and_their_faults_told(void **state) {
 
 static void opaque_pictures_are_judged_over_the_peers_background(void **state) {
   (void)state;
-  // A program of OpenSplat's form: looks whether its project is complete and draws the photograph that it must not have seen.
+  // A program of OpenSplat's form: looks whether its project is complete and draws the photograph that it must not have
+  // seen.
   write_words("splat.py", "import json, os, shutil, sys, time\n"
                           "a = sys.argv[1:]\n"
                           "project, steps = a[0], int(a[a.index('-n') + 1])\n"
                           "image, out = a[a.index('--val-image') + 1], a[a.index('--val-render') + 1]\n"
                           "data = json.load(open(project + '/transforms.json'))\n"
-                          "assert open(project + '/' + data['ply_file_path']).read().startswith('ply\\nformat ascii 1.0\\nelement vertex')\n"
+                          "assert open(project + '/' + data['ply_file_path']).read().startswith('ply\\nformat ascii "
+                          "1.0\\nelement vertex')\n"
                           "assert all(os.path.exists(project + '/' + f['file_path']) for f in data['frames'])\n"
                           "for step in range(1, steps + 1):\n"
                           "    time.sleep(0.01)\n"
@@ -304,12 +311,14 @@ static void opaque_pictures_are_judged_over_the_peers_background(void **state) {
   outcome *o = run(QUICK "--repetitions 1 --peer-seconds 12 --json splat.json");
   unsetenv("VOLTREE_PEERS");
   assert_code(o, 0);
-  assert_says(o->out, "tree_96 beside splat at 12 s: the 1 of 4 views that it drew, over its background 0.613 0.0101 0.3984");
+  assert_says(o->out,
+              "tree_96 beside splat at 12 s: the 1 of 4 views that it drew, over its background 0.613 0.0101 0.3984");
   document d = open_document("splat.json");
   const vt_json *tables = vt_json_member(d.root, "tables");
   const vt_json *row = vt_json_item(vt_json_member(vt_json_item(tables, vt_json_count(tables) - 1), "rows"), 0);
   assert_string_equal(vt_json_string(vt_json_member(row, "label"), ""), "splat/12 s");
-  assert_true(vt_json_number(vt_json_item(vt_json_member(row, "values"), 1), 0) > 45); // only rounding of the flattened picture
+  assert_true(vt_json_number(vt_json_item(vt_json_member(row, "values"), 1), 0) >
+              45); // only rounding of the flattened picture
   close_document(&d);
 }
 
@@ -343,5 +352,7 @@ int main(void) {
   return failed;
 }
 #else
-int main(void) { return 77; } // nothing to measure pictures of
+int main(void) {
+  return 77;
+} // nothing to measure pictures of
 #endif

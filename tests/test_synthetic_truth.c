@@ -310,6 +310,40 @@ static void a_cut_triangle_is_shared_out_as_geometry_says(void **state) {
   vt_destroy_context(context);
 }
 
+static void a_grown_tree_answers_as_its_mesh(void **state) {
+  (void)state;
+  enum { AXIS = 32, COUNT = AXIS * AXIS * AXIS };
+  static uint16_t xyz[COUNT][3];
+  static float extinction[COUNT], area[COUNT];
+  if (!vt_can_trace_rays()) skip();
+  vt_context *context = open_context(2);
+  vt_synthetic_desc desc = desc_of(VT_SYNTHETIC_SMALL_OAK, 3);
+  desc.leaf_count = 300;
+  vt_truth *truth = open_truth(context, &desc);
+  vt_mesh mesh;
+  assert_int_equal(vt_make_synthetic_mesh(context, &desc, &mesh), VT_OK);
+  every_cell(AXIS, xyz);
+  assert_int_equal(vt_true_cells(context, truth, vt_v3(-1.2, -1.2, -1.2), 2.4, AXIS, COUNT, (const uint16_t(*)[3])xyz,
+                                 extinction, area),
+                   VT_OK);
+  double leaves = 0, stopped = 0, volume = pow(2.4 / AXIS, 3);
+  for (int i = 0; i < COUNT; i++) leaves += area[i], stopped += extinction[i] * volume;
+  double solid = area_of(&mesh, 0, mesh.solid_count), thin = area_of(&mesh, mesh.solid_count, mesh.triangle_count);
+  assert_close(leaves, thin, 1e-6 * thin);
+  assert_close(stopped, solid / 4 + thin / 2, 1e-6 * stopped);
+  vt_ray foot = {vt_v3(-3, 0, -0.95), vt_v3(1, 0, 0)}, past = {vt_v3(-3, 0, 1.5), vt_v3(1, 0, 0)};
+  double at = 0;
+  for (int k = -20; k <= 20; k++) { // somewhere at its foot the stem stops all
+    foot.origin.y = k * 0.02;
+    at = fmax(at, vt_true_optical_depth(truth, &foot, 0, 6, 0.002));
+  }
+  assert_true(isinf(at));
+  assert_close(vt_true_optical_depth(truth, &past, 0, 6, 0.01), 0, 0);
+  vt_free_mesh(context, &mesh);
+  vt_destroy_truth(context, truth);
+  vt_destroy_context(context);
+}
+
 static void threads_change_no_bit_of_a_cell(void **state) {
   (void)state;
   enum { AXIS = 16, COUNT = AXIS * AXIS * AXIS };
@@ -344,6 +378,7 @@ int main(void) {
                                      cmocka_unit_test(cells_of_phantoms_are_means_of_points),
                                      cmocka_unit_test(areas_of_cells_add_up_to_the_meshs),
                                      cmocka_unit_test(a_cut_triangle_is_shared_out_as_geometry_says),
+                                     cmocka_unit_test(a_grown_tree_answers_as_its_mesh),
                                      cmocka_unit_test(threads_change_no_bit_of_a_cell)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
