@@ -29,8 +29,8 @@ static inline unsigned vt_count_bits(uint64_t v) {
 // Number of the brick at integer coordinates (within the root) or -1. *skip: how many bricks on every side of it hold no
 // cells for sure, itself included; 0 if it holds some.
 int32_t vt_find_brick(const vt_level *, const int at[3], int *skip);
-// The same in the coordinates of a ray that goes up along every axis (bit a of `turned`: axis a is turned round): ahead[a] is how many bricks
-// further along each axis the empty space goes, 1 for a brick.
+// The same in the coordinates of a ray that goes up along every axis (bit a of `turned`: axis a is turned round): ahead[a]
+// is how many bricks further along each axis the empty space goes, 1 for a brick.
 int32_t vt_look_up_turned(const vt_level *, const int at[3], int turned, int ahead[3]);
 
 // Fills axis_bricks, bricks and map of a level whose cells stand in Morton order.

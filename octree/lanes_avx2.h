@@ -24,7 +24,7 @@ VT_LANE_OP vt_ints load_ints(const int32_t *p) { return _mm256_loadu_si256((cons
 VT_LANE_OP void store_ints(int32_t *p, vt_ints v) { _mm256_storeu_si256((__m256i *)p, v); }
 VT_LANE_OP vt_ints add(vt_ints a, vt_ints b) { return _mm256_add_epi32(a, b); }
 VT_LANE_OP vt_ints subtract(vt_ints a, vt_ints b) { return _mm256_sub_epi32(a, b); }
-VT_LANE_OP vt_ints multiply(vt_ints a, vt_ints b) { return _mm256_mullo_epi32(a, b); }
+VT_LANE_OP vt_ints shift_up(vt_ints v, int bits) { return _mm256_sll_epi32(v, _mm_cvtsi32_si128(bits)); }
 VT_LANE_OP vt_ints lower(vt_ints a, vt_ints b) { return _mm256_min_epi32(a, b); }
 VT_LANE_OP vt_ints higher(vt_ints a, vt_ints b) { return _mm256_max_epi32(a, b); }
 VT_LANE_OP vt_ints bits_and(vt_ints a, vt_ints b) { return _mm256_and_si256(a, b); }
@@ -47,7 +47,11 @@ VT_LANE_OP vt_reals to_reals(vt_ints v) {
   return (vt_reals){_mm256_cvtepi32_pd(_mm256_castsi256_si128(v)), _mm256_cvtepi32_pd(_mm256_extracti128_si256(v, 1))};
 }
 VT_LANE_OP vt_ints to_ints(vt_reals v) {
-  return _mm256_inserti128_si256(_mm256_castsi128_si256(_mm256_cvttpd_epi32(v.a)), _mm256_cvttpd_epi32(v.b), 1);
+  return _mm256_inserti128_si256(_mm256_castsi128_si256(_mm256_cvtpd_epi32(v.a)), _mm256_cvtpd_epi32(v.b), 1);
+}
+VT_LANE_OP vt_reals whole_part(vt_reals v) {
+  return (vt_reals){_mm256_round_pd(v.a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC),
+                    _mm256_round_pd(v.b, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC)};
 }
 VT_LANE_OP vt_reals add_reals(vt_reals a, vt_reals b) {
   return (vt_reals){_mm256_add_pd(a.a, b.a), _mm256_add_pd(a.b, b.b)};
@@ -64,13 +68,16 @@ VT_LANE_OP vt_reals lower_real(vt_reals a, vt_reals b) {
 VT_LANE_OP vt_reals higher_real(vt_reals a, vt_reals b) {
   return (vt_reals){_mm256_max_pd(a.a, b.a), _mm256_max_pd(a.b, b.b)};
 }
-VT_LANE_OP vt_choice equal_reals(vt_reals a, vt_reals b) {
-  __m256 p = _mm256_castpd_ps(_mm256_cmp_pd(a.a, b.a, _CMP_EQ_OQ)), q = _mm256_castpd_ps(_mm256_cmp_pd(a.b, b.b, _CMP_EQ_OQ));
-  return _mm256_permute4x64_epi64(_mm256_castps_si256(_mm256_shuffle_ps(p, q, 0x88)), 0xd8);
+VT_LANE_OP vt_choice narrow(__m256d a, __m256d b) {
+  __m256 halves = _mm256_shuffle_ps(_mm256_castpd_ps(a), _mm256_castpd_ps(b), 0x88);
+  return _mm256_permute4x64_epi64(_mm256_castps_si256(halves), 0xd8);
 }
-VT_LANE_OP vt_reals choose_real(vt_choice c, vt_reals a, vt_reals b) {
-  __m256i p = _mm256_cvtepi32_epi64(_mm256_castsi256_si128(c)), q = _mm256_cvtepi32_epi64(_mm256_extracti128_si256(c, 1));
-  return (vt_reals){_mm256_blendv_pd(b.a, a.a, _mm256_castsi256_pd(p)), _mm256_blendv_pd(b.b, a.b, _mm256_castsi256_pd(q))};
+VT_LANE_OP vt_choice greater_real(vt_reals a, vt_reals b) {
+  return narrow(_mm256_cmp_pd(a.a, b.a, _CMP_GT_OQ), _mm256_cmp_pd(a.b, b.b, _CMP_GT_OQ));
+}
+VT_LANE_OP vt_reals choose_equal(vt_reals p, vt_reals q, vt_reals a, vt_reals b) {
+  return (vt_reals){_mm256_blendv_pd(b.a, a.a, _mm256_cmp_pd(p.a, q.a, _CMP_EQ_OQ)),
+                    _mm256_blendv_pd(b.b, a.b, _mm256_cmp_pd(p.b, q.b, _CMP_EQ_OQ))};
 }
 
 VT_LANE_OP vt_ints gather(const int32_t *table, vt_ints at) { return _mm256_i32gather_epi32(table, at, 4); }
@@ -109,16 +116,20 @@ VT_LANE_OP vt_choice find_in_brick(const vt_lane_bricks *b, vt_ints bit, vt_ints
   *cell = _mm256_add_epi32(first, count_set(_mm256_and_si256(half, below)));
   return _mm256_cmpeq_epi32(_mm256_and_si256(half, one), one);
 }
+VT_LANE_OP void store_two(vt_chord *out, int32_t a, int32_t b, __m128 pair) {
+  _mm_storel_pi((__m64 *)(void *)(out + a), pair);
+  _mm_storeh_pi((__m64 *)(void *)(out + b), pair);
+}
 VT_LANE_OP void store_chords(vt_chord *out, vt_ints at, vt_choice c, vt_ints cell, vt_ints length, float unit) {
   (void)c;
-  __m256i l = _mm256_castps_si256(_mm256_mul_ps(_mm256_cvtepi32_ps(length), _mm256_set1_ps(unit)));
-  _Alignas(32) vt_chord pairs[8]; // lanes 0 1 4 5, then 2 3 6 7
+  __m256 l = _mm256_mul_ps(_mm256_cvtepi32_ps(length), _mm256_set1_ps(unit)), k = _mm256_castsi256_ps(cell);
+  __m256 p = _mm256_unpacklo_ps(k, l), q = _mm256_unpackhi_ps(k, l); // lanes 0 1 4 5 and 2 3 6 7
   int32_t i[8];
-  _mm256_store_si256((__m256i *)pairs, _mm256_unpacklo_epi32(cell, l));
-  _mm256_store_si256((__m256i *)(pairs + 4), _mm256_unpackhi_epi32(cell, l));
   store_ints(i, at);
-  out[i[0]] = pairs[0], out[i[1]] = pairs[1], out[i[4]] = pairs[2], out[i[5]] = pairs[3];
-  out[i[2]] = pairs[4], out[i[3]] = pairs[5], out[i[6]] = pairs[6], out[i[7]] = pairs[7];
+  store_two(out, i[0], i[1], _mm256_castps256_ps128(p));
+  store_two(out, i[2], i[3], _mm256_castps256_ps128(q));
+  store_two(out, i[4], i[5], _mm256_extractf128_ps(p, 1));
+  store_two(out, i[6], i[7], _mm256_extractf128_ps(q, 1));
 }
 
 #endif

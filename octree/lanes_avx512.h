@@ -22,7 +22,7 @@ VT_LANE_OP vt_ints load_ints(const int32_t *p) { return _mm512_loadu_si512(p); }
 VT_LANE_OP void store_ints(int32_t *p, vt_ints v) { _mm512_storeu_si512(p, v); }
 VT_LANE_OP vt_ints add(vt_ints a, vt_ints b) { return _mm512_add_epi32(a, b); }
 VT_LANE_OP vt_ints subtract(vt_ints a, vt_ints b) { return _mm512_sub_epi32(a, b); }
-VT_LANE_OP vt_ints multiply(vt_ints a, vt_ints b) { return _mm512_mullo_epi32(a, b); }
+VT_LANE_OP vt_ints shift_up(vt_ints v, int bits) { return _mm512_sllv_epi32(v, _mm512_set1_epi32(bits)); }
 VT_LANE_OP vt_ints lower(vt_ints a, vt_ints b) { return _mm512_min_epi32(a, b); }
 VT_LANE_OP vt_ints higher(vt_ints a, vt_ints b) { return _mm512_max_epi32(a, b); }
 VT_LANE_OP vt_ints bits_and(vt_ints a, vt_ints b) { return _mm512_and_si512(a, b); }
@@ -45,7 +45,11 @@ VT_LANE_OP vt_reals to_reals(vt_ints v) {
   return (vt_reals){_mm512_cvtepi32_pd(_mm512_castsi512_si256(v)), _mm512_cvtepi32_pd(_mm512_extracti64x4_epi64(v, 1))};
 }
 VT_LANE_OP vt_ints to_ints(vt_reals v) {
-  return _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvttpd_epi32(v.a)), _mm512_cvttpd_epi32(v.b), 1);
+  return _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtpd_epi32(v.a)), _mm512_cvtpd_epi32(v.b), 1);
+}
+VT_LANE_OP vt_reals whole_part(vt_reals v) {
+  return (vt_reals){_mm512_roundscale_pd(v.a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC),
+                    _mm512_roundscale_pd(v.b, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC)};
 }
 VT_LANE_OP vt_reals add_reals(vt_reals a, vt_reals b) {
   return (vt_reals){_mm512_add_pd(a.a, b.a), _mm512_add_pd(a.b, b.b)};
@@ -62,12 +66,13 @@ VT_LANE_OP vt_reals lower_real(vt_reals a, vt_reals b) {
 VT_LANE_OP vt_reals higher_real(vt_reals a, vt_reals b) {
   return (vt_reals){_mm512_max_pd(a.a, b.a), _mm512_max_pd(a.b, b.b)};
 }
-VT_LANE_OP vt_choice equal_reals(vt_reals a, vt_reals b) {
-  unsigned p = _mm512_cmp_pd_mask(a.a, b.a, _CMP_EQ_OQ), q = _mm512_cmp_pd_mask(a.b, b.b, _CMP_EQ_OQ);
+VT_LANE_OP vt_choice greater_real(vt_reals a, vt_reals b) {
+  unsigned p = _mm512_cmp_pd_mask(a.a, b.a, _CMP_GT_OQ), q = _mm512_cmp_pd_mask(a.b, b.b, _CMP_GT_OQ);
   return (vt_choice)(p | q << 8);
 }
-VT_LANE_OP vt_reals choose_real(vt_choice c, vt_reals a, vt_reals b) {
-  return (vt_reals){_mm512_mask_mov_pd(b.a, (__mmask8)c, a.a), _mm512_mask_mov_pd(b.b, (__mmask8)(c >> 8), a.b)};
+VT_LANE_OP vt_reals choose_equal(vt_reals p, vt_reals q, vt_reals a, vt_reals b) {
+  return (vt_reals){_mm512_mask_mov_pd(b.a, _mm512_cmp_pd_mask(p.a, q.a, _CMP_EQ_OQ), a.a),
+                    _mm512_mask_mov_pd(b.b, _mm512_cmp_pd_mask(p.b, q.b, _CMP_EQ_OQ), a.b)};
 }
 
 VT_LANE_OP vt_ints gather(const int32_t *table, vt_ints at) { return _mm512_i32gather_epi32(at, table, 4); }

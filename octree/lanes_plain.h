@@ -8,6 +8,8 @@
 
 #include "octree/cells.h"
 
+#include <math.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -25,7 +27,7 @@ VT_LANE_OP vt_ints load_ints(const int32_t *p) { return *p; }
 VT_LANE_OP void store_ints(int32_t *p, vt_ints v) { *p = v; }
 VT_LANE_OP vt_ints add(vt_ints a, vt_ints b) { return a + b; }
 VT_LANE_OP vt_ints subtract(vt_ints a, vt_ints b) { return a - b; }
-VT_LANE_OP vt_ints multiply(vt_ints a, vt_ints b) { return a * b; }
+VT_LANE_OP vt_ints shift_up(vt_ints v, int bits) { return v << bits; }
 VT_LANE_OP vt_ints lower(vt_ints a, vt_ints b) { return a < b ? a : b; }
 VT_LANE_OP vt_ints higher(vt_ints a, vt_ints b) { return a > b ? a : b; }
 VT_LANE_OP vt_ints bits_and(vt_ints a, vt_ints b) { return a & b; }
@@ -45,14 +47,16 @@ VT_LANE_OP vt_choice chosen(const int32_t *p) { return *p; }
 VT_LANE_OP vt_reals spread_real(double v) { return v; }
 VT_LANE_OP vt_reals load_reals(const double *p) { return *p; }
 VT_LANE_OP vt_reals to_reals(vt_ints v) { return (double)v; }
-VT_LANE_OP vt_ints to_ints(vt_reals v) { return (int32_t)v; } // towards zero
+VT_LANE_OP vt_ints to_ints(vt_reals v) { return (int32_t)lrint(v); } // to the nearest, as the others
+VT_LANE_OP vt_reals whole_part(vt_reals v) { return (double)(int32_t)v; }
 VT_LANE_OP vt_reals add_reals(vt_reals a, vt_reals b) { return a + b; }
 VT_LANE_OP vt_reals subtract_reals(vt_reals a, vt_reals b) { return a - b; }
 VT_LANE_OP vt_reals multiply_reals(vt_reals a, vt_reals b) { return a * b; }
 VT_LANE_OP vt_reals lower_real(vt_reals a, vt_reals b) { return a < b ? a : b; }
 VT_LANE_OP vt_reals higher_real(vt_reals a, vt_reals b) { return a > b ? a : b; }
-VT_LANE_OP vt_choice equal_reals(vt_reals a, vt_reals b) { return -(a == b); }
-VT_LANE_OP vt_reals choose_real(vt_choice c, vt_reals a, vt_reals b) { return c ? a : b; }
+VT_LANE_OP vt_choice greater_real(vt_reals a, vt_reals b) { return -(a > b); }
+// a where p equals q, else b
+VT_LANE_OP vt_reals choose_equal(vt_reals p, vt_reals q, vt_reals a, vt_reals b) { return p == q ? a : b; }
 
 VT_LANE_OP vt_ints gather(const int32_t *table, vt_ints at) { return table[at]; }
 

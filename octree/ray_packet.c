@@ -44,9 +44,9 @@ static vt_walk_grid grid_of(const vt_level *level, int branching) {
   for (int a = 0; a < 3; a++) {
     int low = branching == 2 ? a : 2 * a, high = branching == 2 ? a + 3 : 2 * a + 1; // x + 4 y + 16 z in the tri-grid
     grid.axis_bits[a] = 1 << low | 1 << high | 1 << (a + 6);
-    grid.rise[a] = 1 << low;
+    grid.low_bit[a] = low;
   }
-  grid.gap = branching == 2 ? 3 : 0;
+  grid.high_bit = branching == 2 ? 2 : 0;
   return grid;
 }
 
@@ -61,24 +61,24 @@ static void prepare_axis(const vt_walk_grid *grid, double origin, double directi
   *near = enter > *near ? enter : *near;
   *far = leave < *far ? leave : *far;
   p->origin[axis][i] = origin;
-  p->speed[axis][i] = still ? 0 : speed;
-  p->inverse[axis][i] = inverse;
+  p->speed[axis][i] = still ? 0 : speed / VT_CHORD_UNITS;
   double units = inverse * VT_CHORD_UNITS;
+  p->inverse[axis][i] = units;
   p->units[axis][i] = units < 0x1p30 ? (int32_t)(units + 0.5) : 1 << 30;
-  p->spacing[axis][i] = units < 0x1p30 ? p->units[axis][i] / VT_CHORD_UNITS : still ? 0 : inverse;
-  int32_t stride = 1, across = grid->bricks;
-  for (int a = 0; a < axis; a++) stride *= across;
-  p->stride[axis][i] = turned ? -stride : stride;
+  p->spacing[axis][i] = units < 0x1p30 ? p->units[axis][i] : still ? 0 : units;
+  double across = grid->bricks, stride = axis == 0 ? 1 : axis == 1 ? across : across * across;
+  p->stride[axis][i] = (turned ? -stride : stride) / grid->width;
   p->start[i] += turned ? stride * (across - 1) : 0;
   p->turned[i] |= (uint8_t)(turned << axis);
-  int32_t rise = grid->rise[axis], gap = 4 - grid->width;
-  p->turn[i] |= turned ? rise * (3 + 2 * grid->gap) : 0;
-  p->shift[i] += turned ? 0 : rise * (gap + (gap & 2) * grid->gap);
+  int32_t gap = 4 - grid->width;
+  p->turn[i] |= turned ? (3 + 3 * grid->high_bit) << grid->low_bit[axis] : 0;
+  p->shift[i] += turned ? 0 : (gap + (gap & grid->high_bit) * 3) << grid->low_bit[axis];
 }
 
 static void prepare_ray(const vt_walk_grid *grid, vt_vec3 origin, vt_vec3 direction, int i, vt_ray_packet *p) {
   double near = 0, far = FAR_AWAY;
-  p->start[i] = p->turn[i] = p->shift[i] = 0;
+  p->start[i] = 0;
+  p->turn[i] = p->shift[i] = 0;
   p->turned[i] = 0;
   prepare_axis(grid, origin.x, direction.x, 0, i, p, &near, &far);
   prepare_axis(grid, origin.y, direction.y, 1, i, p, &near, &far);
@@ -87,7 +87,7 @@ static void prepare_ray(const vt_walk_grid *grid, vt_vec3 origin, vt_vec3 direct
   double finite = 0 * (origin.x + origin.y + origin.z + direction.x + direction.y + direction.z); // else NaN
   p->alive[i] = near < far && far < FAR_AWAY && finite == 0 && grid->level->cell_count ? -1 : 0;
   for (int a = 0; a < 3 && near > 0; a++) { // the walk begins at the root's surface: distances small, however far the eye
-    double place = p->origin[a][i] + near * p->speed[a][i];
+    double place = p->origin[a][i] + near * VT_CHORD_UNITS * p->speed[a][i];
     p->origin[a][i] = place > 0 ? place < n ? place : n : 0;
   }
 }

@@ -17,20 +17,25 @@ extern "C" {
 #define SHORTEST_CHORD 64 // units: 1e-6 edges
 #define LONGEST_SPACING 0x1p30
 
-// One axis of all lanes, in bricks.
+// One axis of all lanes: distances in units, places in cells.
 typedef struct vt_lane_axis {
-  vt_reals origin, speed, inverse, place; // place: of the point reached, in cells
-  vt_reals plane;                         // distance at which the ray leaves the empty space ahead, or its brick
-  vt_ints brick, stride;
+  vt_reals origin, speed, inverse, stride;
+  vt_reals corner; // of the brick; whole numbers
+  vt_reals plane;  // distance at which the ray leaves the empty space ahead, or its brick
 } vt_lane_axis;
 
 typedef struct vt_lane_cells {
   vt_ints to_plane[3], spacing[3], number; // units to each axis' next plane; the cell's number within its brick
 } vt_lane_cells;
 
-VT_LANE_OP vt_ints brick_at(const vt_walk_grid *grid, vt_reals place, vt_ints low, vt_ints high) {
-  vt_ints i = to_ints(multiply_reals(place, spread_real(1.0 / grid->width)));
-  return lower(higher(i, low), high);
+VT_LANE_OP vt_reals place_at(const vt_lane_axis *axis, vt_reals t) {
+  return add_reals(axis->origin, multiply_reals(t, axis->speed));
+}
+
+// Corner of the brick that holds a place, within [low, high].
+VT_LANE_OP vt_reals corner_at(const vt_walk_grid *grid, vt_reals place, vt_reals low, vt_reals high) {
+  vt_reals corner = multiply_reals(whole_part(multiply_reals(place, spread_real(1.0 / grid->width))), spread_real(grid->width));
+  return lower_real(higher_real(corner, low), high);
 }
 
 // The cells of one brick in each chosen lane: at most 3 width - 2 steps, each to the nearest plane.
@@ -60,35 +65,49 @@ VT_LANE_OP vt_ints walk_cells(const vt_walk_grid *grid, const vt_ray_packet *p, 
   return at;
 }
 
-// Where each chosen lane enters its brick: coordinates of the cell, and units to the next plane of each axis.
+// Where each lane enters its brick: number of the cell, and units to the next plane of each axis.
 VT_LANE_OP vt_lane_cells enter_brick(const vt_walk_grid *grid, const vt_ray_packet *p, int first, const vt_lane_axis axes[3],
                                      vt_reals t) {
-  vt_lane_cells c = {.number = spread(0)};
+  vt_lane_cells c;
+  c.number = spread(0);
   for (int a = 0; a < 3; a++) {
-    vt_reals corner = to_reals(multiply(axes[a].brick, spread(grid->width)));
-    vt_ints local = to_ints(subtract_reals(axes[a].place, corner));
-    local = lower(higher(local, spread(0)), spread(grid->width - 1));
-    vt_reals left = to_reals(subtract(spread(grid->width - 1), local)); // planes before the brick's last
-    vt_reals units = subtract_reals(subtract_reals(axes[a].plane, t),
-                                    multiply_reals(left, load_reals(p->spacing[a] + first)));
-    units = add_reals(multiply_reals(units, spread_real(VT_CHORD_UNITS)), spread_real(0.5));
+    vt_reals last = spread_real(grid->width - 1), local = whole_part(subtract_reals(place_at(&axes[a], t), axes[a].corner));
+    local = lower_real(higher_real(local, spread_real(0)), last);
+    vt_reals beyond = multiply_reals(subtract_reals(last, local), load_reals(p->spacing[a] + first)); // planes after the next
+    vt_reals units = subtract_reals(subtract_reals(axes[a].plane, t), beyond);
     c.to_plane[a] = to_ints(lower_real(units, spread_real(LONGEST_SPACING)));
     c.spacing[a] = load_ints(p->units[a] + first);
-    local = add(local, spread(4 - grid->width));
-    local = add(local, multiply(bits_and(local, spread(2)), spread(grid->gap)));
-    c.number = add(c.number, multiply(local, spread(grid->rise[a])));
+    vt_ints turned = add(to_ints(local), spread(4 - grid->width)), high = bits_and(turned, spread(grid->high_bit));
+    turned = add(add(turned, high), add(high, high));
+    c.number = add(c.number, shift_up(turned, grid->low_bit[a]));
   }
   return c;
 }
 
 // On to distance t, where the nearest plane ahead is: exactly there along its axis (or axes, at an edge or corner), and
 // along the others as far as the empty space goes.
-VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], const vt_ints reach[3], vt_reals nearest, vt_reals t) {
+VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], bool jump, const vt_reals end[3], vt_reals nearest,
+                        vt_reals t) {
   for (int a = 0; a < 3; a++) {
-    vt_ints end = add(axes[a].brick, reach[a]);
-    axes[a].place = add_reals(axes[a].origin, multiply_reals(t, axes[a].speed));
-    vt_ints within = brick_at(grid, axes[a].place, axes[a].brick, subtract(end, spread(1)));
-    axes[a].brick = choose(equal_reals(axes[a].plane, nearest), end, within);
+    vt_reals within = axes[a].corner;
+    if (jump)
+      within = corner_at(grid, place_at(&axes[a], t), within, subtract_reals(end[a], spread_real(grid->width)));
+    axes[a].corner = choose_equal(axes[a].plane, nearest, end[a], within);
+  }
+}
+
+// What vt_look_up_turned says of each lane's brick: rare and slow, for very fine and very sparse levels.
+VT_LANE_TARGET static void look_up_pages(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_choice alive,
+                                         const vt_lane_axis axes[3], int32_t entry[VT_LANE_COUNT],
+                                         int32_t reach[3][VT_LANE_COUNT]) {
+  int32_t corner[3][VT_LANE_COUNT], active[VT_LANE_COUNT];
+  for (int a = 0; a < 3; a++) store_ints(corner[a], to_ints(axes[a].corner));
+  store_ints(active, choose(alive, spread(1), spread(0)));
+  for (int l = 0; l < VT_LANE_COUNT; l++) {
+    int at[3], ahead[3] = {1, 1, 1};
+    for (int a = 0; a < 3; a++) at[a] = corner[a][l] / grid->width;
+    entry[l] = active[l] ? vt_look_up_turned(grid->level, at, p->turned[first + l], ahead) : -1;
+    for (int a = 0; a < 3; a++) reach[a][l] = ahead[a];
   }
 }
 
@@ -96,60 +115,61 @@ VT_LANE_OP void advance(const vt_walk_grid *grid, vt_lane_axis axes[3], const vt
 VT_LANE_OP vt_ints look_up(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_choice alive,
                            const vt_lane_axis axes[3], vt_ints reach[3]) {
   const vt_brick_map *map = &grid->level->map;
-  if (map->depth) { // rare and slow: very fine and very sparse levels
-    int32_t brick[3][VT_LANE_COUNT], further[3][VT_LANE_COUNT], entry[VT_LANE_COUNT], active[VT_LANE_COUNT];
-    for (int a = 0; a < 3; a++) store_ints(brick[a], axes[a].brick);
-    store_ints(active, choose(alive, spread(1), spread(0)));
-    for (int l = 0; l < VT_LANE_COUNT; l++) {
-      int at[3] = {0, 0, 0}, ahead[3] = {1, 1, 1};
-      for (int a = 0; a < 3; a++) at[a] = brick[a][l];
-      entry[l] = active[l] ? vt_look_up_turned(grid->level, at, p->turned[first + l], ahead) : -1;
-      for (int a = 0; a < 3; a++) further[a][l] = ahead[a];
-    }
+  if (map->depth) {
+    int32_t entry[VT_LANE_COUNT], further[3][VT_LANE_COUNT];
+    look_up_pages(grid, p, first, alive, axes, entry, further);
     for (int a = 0; a < 3; a++) reach[a] = load_ints(further[a]);
     return load_ints(entry);
   }
-  vt_ints at = load_ints(p->start + first);
-  for (int a = 0; a < 3; a++) at = add(at, multiply(axes[a].brick, axes[a].stride));
-  vt_ints entry = gather(map->entries, choose(alive, at, spread(0)));
+  vt_reals at = load_reals(p->start + first);
+  for (int a = 0; a < 3; a++) at = add_reals(at, multiply_reals(axes[a].corner, axes[a].stride));
+  vt_ints entry = gather(map->entries, choose(alive, to_ints(at), spread(0)));
   reach[0] = reach[1] = reach[2] = higher(subtract(spread(0), entry), spread(1));
   return entry;
 }
 
+VT_LANE_OP void begin_axes(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_lane_axis axes[3]) {
+  for (int a = 0; a < 3; a++) {
+    axes[a].origin = load_reals(p->origin[a] + first);
+    axes[a].speed = load_reals(p->speed[a] + first);
+    axes[a].inverse = load_reals(p->inverse[a] + first);
+    axes[a].stride = load_reals(p->stride[a] + first);
+    axes[a].corner = corner_at(grid, axes[a].origin, spread_real(0), spread_real((grid->bricks - 1) * grid->width));
+  }
+}
+
 VT_LANE_TARGET static void walk_lanes(const vt_walk_grid *grid, const vt_ray_packet *p, int first, vt_chord *out,
                                       size_t capacity, uint32_t *count) {
-  vt_lane_axis axes[3];
   vt_choice alive = chosen(p->alive + first);
   if (!any(alive)) return;
-  for (int a = 0; a < 3; a++) {
-    axes[a] = (vt_lane_axis){.origin = load_reals(p->origin[a] + first), .speed = load_reals(p->speed[a] + first),
-                             .inverse = load_reals(p->inverse[a] + first), .stride = load_ints(p->stride[a] + first)};
-    axes[a].place = axes[a].origin;
-    axes[a].brick = brick_at(grid, axes[a].place, spread(0), spread(grid->bricks - 1));
-  }
-  int32_t begin[VT_LANE_COUNT], end[VT_LANE_COUNT];
+  vt_lane_axis axes[3];
+  begin_axes(grid, p, first, axes);
+  int32_t begin[VT_LANE_COUNT], last[VT_LANE_COUNT];
   for (int l = 0; l < VT_LANE_COUNT; l++) begin[l] = (int32_t)((size_t)l * capacity);
   vt_ints at = load_ints(begin);
   vt_reals t = spread_real(0);
   do {
     vt_ints reach[3], entry = look_up(grid, p, first, alive, axes, reach);
+    bool jump = any(greater(higher(higher(reach[0], reach[1]), reach[2]), spread(1))); // else nothing waits for the map
+    vt_reals end[3];
     for (int a = 0; a < 3; a++) {
-      vt_reals plane = to_reals(multiply(add(axes[a].brick, reach[a]), spread(grid->width)));
-      axes[a].plane = multiply_reals(subtract_reals(plane, axes[a].origin), axes[a].inverse);
+      end[a] = add_reals(axes[a].corner, spread_real(grid->width));
+      if (jump) end[a] = add_reals(axes[a].corner, multiply_reals(to_reals(reach[a]), spread_real(grid->width)));
+      axes[a].plane = multiply_reals(subtract_reals(end[a], axes[a].origin), axes[a].inverse);
     }
-    vt_reals nearest = lower_real(lower_real(axes[0].plane, axes[1].plane), axes[2].plane);
     vt_choice here = both(alive, greater(entry, spread(-1)));
     if (any(here)) {
       vt_lane_bricks bricks = load_bricks(grid->level->bricks, higher(entry, spread(0)));
       at = walk_cells(grid, p, first, here, &bricks, enter_brick(grid, p, first, axes, t), out, at);
     }
+    vt_reals nearest = lower_real(lower_real(axes[0].plane, axes[1].plane), axes[2].plane);
     t = higher_real(nearest, t); // rounding may have put a plane behind
-    advance(grid, axes, reach, nearest, t);
-    vt_ints farthest = higher(higher(axes[0].brick, axes[1].brick), axes[2].brick);
-    alive = both(alive, greater(spread(grid->bricks), farthest));
+    advance(grid, axes, jump, end, nearest, t);
+    vt_reals farthest = higher_real(higher_real(axes[0].corner, axes[1].corner), axes[2].corner);
+    alive = both(alive, greater_real(spread_real(grid->bricks * grid->width), farthest));
   } while (any(alive));
-  store_ints(end, at);
-  for (int l = 0; l < VT_LANE_COUNT; l++) count[l] = (uint32_t)(end[l] - begin[l]);
+  store_ints(last, at);
+  for (int l = 0; l < VT_LANE_COUNT; l++) count[l] = (uint32_t)(last[l] - begin[l]);
 }
 
 #ifdef __cplusplus
