@@ -55,7 +55,8 @@ static vt_status carve(vt_context *context, const vt_views *views, int last) {
   vt_status status = vt_find_bounds(context, views, &o);
   if (!status) status = vt_make_level(context, 2, 0, 1, root, &o.levels[0]);
   printf("%d views, bounds %.2f s wall, %.2f s CPU\n"
-         "level   examined       kept   s wall    s CPU   (sums of all levels so far)\n", views->count, vt_seconds() - wall, vt_cpu_seconds() - cpu);
+         "level   examined       kept   s wall    s CPU   (sums of all levels so far)\n",
+         views->count, vt_seconds() - wall, vt_cpu_seconds() - cpu);
   wall = vt_seconds(), cpu = vt_cpu_seconds();
   for (int level = 0; level <= last && !status; level++) {
     if (level) status = vt_split_level(context, 2, level - 1, &o.levels[level - 1], NULL, &o.levels[level]);

@@ -10,14 +10,16 @@
 //   distance to the nearest that does (in bricks, the larger of the axes' distances). The cube of s - 1 bricks around is
 //   empty, so the ray goes on to its surface, t = min_a ((b_a + s) w - o_a) / d_a, where it enters brick b_a + s of that axis
 //   exactly, by its integer number; the other axes are located from o + t d, held within the cube. No brick is missed
-//   and none met twice, whatever is rounded.
+//   and none met twice, whatever is rounded. Where no lane may jump (s = 1 in all) the next brick is known before the map has
+//   answered, and the processor runs ahead: what is slow here is the chain of dependent operations, not their number.
 // - Doubles for bricks, integers for cells. Distances to a brick's planes are made anew from their integer numbers, in
 //   double. Within a brick they are whole units of 2^-26 edges from where the ray enters it: what is added up there is exact, the
-//   last plane is the brick's own, so chords telescope: those of a ray sum to its clipped length within 2^-27 edges a brick.
+//   last plane is the brick's own, so chords telescope: those of a ray sum to its clipped length within 2^-27 edges a
+//   brick and a float's last bit a chord, 10^-7 of the root's edge in all.
 //   Floats would be 30 times coarser and lose the cells' order near corners; half of the lanes would pay for doubles.
 // - A cell's number within its brick is kept with its bits spread out (Morton order), two of x, y and z each and a third
 //   on top: adding one with the other axes' bits set carries along one axis only, and number >= 64 means that the ray has left.
-// - An axis without movement has its planes 10^30 edges away: infinity would meet 0 x infinity = NaN on a plane.
+// - An axis without movement has its planes 10^30 edges away, not infinitely far: no product is ever 0 x infinity.
 //
 // Every lane does the same operations in the same order as the plain instance and nothing is fused, so chords have the
 // same bits for any number of lanes. Pieces below 10^-6 edges are joined to the next cell of the brick.
