@@ -26,6 +26,7 @@ typedef struct stepper {
 typedef struct walker {
   double origin[3], direction[3], inverse[3]; // in cell edges; inverse 0 along an axis without movement
   int step[3];
+  double rounding; // what distances summed along the whole ray may be off by, in cell edges, and more
 } walker;
 
 size_t vt_max_segments(const vt_level *level) { return 3 * (size_t)level->axis_cells + 4; }
@@ -97,19 +98,20 @@ static size_t walk_brick(const walker *w, int edge, const vt_brick *brick, const
     local[a] = cell[a] - corner;
   }
   stepper s = start_at(w, cell, 1, local[0] + 4 * (local[1] + 4 * local[2]), 4, 16);
-  double t = near, last = far - 1e-9;
+  double t = near, last = far - w->rounding;
   size_t count = 0;
-  for (;;) {
+  while (s.at >= 0 && s.at < 64) { // whatever is rounded
     double exit = next_exit(&s), end = exit < far ? exit : far;
     uint64_t bit = 1ull << (edge == 4 ? morton_in_brick[s.at] : s.at);
     if (brick->mask & bit) {
       out[count] = (vt_segment){brick->first + vt_count_bits(brick->mask & (bit - 1)), (float)t, (float)(end - t)};
       count += end - t >= SMALLEST_CHORD;
     }
-    if (exit >= last) return count;
+    if (exit >= last) break;
     t = end > t ? end : t;
     step_on(&s, exit);
   }
+  return count;
 }
 
 static inline stepper start_in_brick(const walker *w, double t, int edge, int n) {
@@ -123,7 +125,7 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
   int n = level->axis_bricks, edge = vt_brick_edge(octree->branching);
   double scale = level->axis_cells / octree->edge, near, far;
   vt_vec3 o = vt_scale(vt_sub(ray->origin, octree->origin), scale), d = ray->direction;
-  walker w = {.origin = {o.x, o.y, o.z}, .direction = {d.x, d.y, d.z}};
+  walker w = {.origin = {o.x, o.y, o.z}, .direction = {d.x, d.y, d.z}, .rounding = 1e-9 + 1e-12 * level->axis_cells};
   for (int a = 0; a < 3; a++)
     if (fabs(w.direction[a]) > 1e-12) {
       w.inverse[a] = 1 / w.direction[a];
@@ -136,7 +138,7 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
   near = 0;
 
   stepper s = start_in_brick(&w, near, edge, n);
-  double t = near, last = far - 1e-9;
+  double t = near, last = far - w.rounding;
   size_t count = 0;
   while (s.at >= 0 && s.at < (int64_t)n * n * n) { // or past the last brick by rounding, after thousands of planes
     int at[3] = {(int)(s.at % n), (int)(s.at / n % n), (int)(s.at / n / n)}, skip;
