@@ -120,6 +120,22 @@ static inline stepper start_in_brick(const walker *w, double t, int edge, int n)
   return start_at(w, brick, edge, brick[0] + n * (brick[1] + (int64_t)n * brick[2]), n, (int64_t)n * n);
 }
 
+static inline void split_number(int64_t number, int n, int at[3]) {
+  at[0] = (int)(number % n), at[1] = (int)(number / n % n), at[2] = (int)(number / n / n);
+}
+
+// vt_find_brick by linear number, without the divisions where the map has an entry for each brick.
+static inline int32_t find_here(const vt_level *level, int64_t number, int *skip) {
+  if (level->map.depth) {
+    int at[3];
+    split_number(number, level->axis_bricks, at);
+    return vt_find_brick(level, at, skip);
+  }
+  int32_t entry = level->map.entries[number];
+  *skip = entry < 0 ? -entry : 0;
+  return entry < 0 ? -1 : entry;
+}
+
 size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray, vt_segment *out) {
   const vt_level *level = &octree->levels[level_number];
   int n = level->axis_bricks, edge = vt_brick_edge(octree->branching);
@@ -141,8 +157,8 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
   double t = near, last = far - w.rounding;
   size_t count = 0;
   while (s.at >= 0 && s.at < (int64_t)n * n * n) { // or past the last brick by rounding, after thousands of planes
-    int at[3] = {(int)(s.at % n), (int)(s.at / n % n), (int)(s.at / n / n)}, skip;
-    int32_t number = vt_find_brick(level, at, &skip);
+    int skip;
+    int32_t number = find_here(level, s.at, &skip);
     if (skip > LEAST_SKIP) { // nothing within skip - 1 bricks on any side
       t += (skip - 1) * (double)edge;
       if (t >= last) break;
@@ -150,7 +166,11 @@ size_t vt_walk_ray(const vt_octree *octree, int level_number, const vt_ray *ray,
       continue;
     }
     double exit = next_exit(&s), end = exit < far ? exit : far;
-    if (number >= 0 && end > t) count += walk_brick(&w, edge, &level->bricks[number], at, t, end, out + count);
+    if (number >= 0 && end > t) {
+      int at[3];
+      split_number(s.at, n, at);
+      count += walk_brick(&w, edge, &level->bricks[number], at, t, end, out + count);
+    }
     if (exit >= last) break;
     t = end > t ? end : t;
     step_on(&s, exit);
