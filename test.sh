@@ -3,7 +3,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   ./test.sh [PRESET...]     release    gcc, optimised: all tests
-#                             dev        gcc with address and undefined-behaviour sanitizers and heavy checks: all tests
+#                             dev        gcc with address and undefined-behaviour sanitizers and heavy checks: all tests but
+#                                        those that run the bench from end to end
 #                             dev-clang  the same with clang: all but the slow tests
 #                             bare       a C compiler alone: every test that needs nothing else
 #                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads
@@ -55,7 +56,8 @@ run_preset() { # adds to the sums; complains and counts a failure where the pres
   # The thread sanitizer knows nothing of how foreign libraries wait for each other, so they stay out.
   tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF -DVT_WITH_EMBREE=OFF)
     choose=(-L threads) ;;
-  dev-clang) choose=(-LE slow) ;;
+  dev) choose=(-LE bench) ;;
+  dev-clang) choose=(-LE 'slow|bench') ;;
   esac
   local log=build/$preset/build.log
   mkdir -p "build/$preset"
