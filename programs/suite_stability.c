@@ -25,7 +25,7 @@ typedef struct sweep { // one curve
   const char *name, *caption, *x;
   vt_status (*disturb)(work *, double amount, vt_views *);
   double amounts[MOST_AMOUNTS]; // the first is none at all; ends with the count
-  int count, quick_count;       // quick: every amount from the front
+  int count, quick_count;       // quick: so many, evenly from the first to the last
   bool log_x;
 } sweep;
 
@@ -104,62 +104,19 @@ static vt_status reorder(work *w, double amount, vt_views *views) {
   return VT_OK;
 }
 
-static const sweep sweeps[] = {{"scale",
-                                "World units: all cameras scaled; nothing may change",
-                                "factor",
-                                scale_world,
-                                {1, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6},
-                                7,
-                                7,
-                                true},
-                               {"shift",
-                                "World's origin: all cameras shifted, in heights of the tree; nothing may change",
-                                "heights",
-                                shift_world,
-                                {0, 1, 1e2, 1e4, 1e5, 1e6},
-                                6,
-                                6,
-                                true},
-                               {"order",
-                                "Photographs in another order: 1 backwards, 2 and more shuffled",
-                                "order",
-                                reorder,
-                                {0, 1, 2, 3, 4},
-                                5,
-                                3,
-                                false},
-                               {"matte_noise",
-                                "Noise of mattes, deviation of alpha 0..1",
-                                "deviation",
-                                add_matte_noise,
-                                {0, 0.01, 0.02, 0.05, 0.1, 0.2},
-                                6,
-                                4,
-                                false},
-                               {"sensor_noise",
-                                "Noise of the sensor at mid grey, deviation 0..1",
-                                "deviation",
-                                add_sensor_noise,
-                                {0, 0.01, 0.02, 0.05, 0.1, 0.2},
-                                6,
-                                4,
-                                false},
-                               {"pose",
-                                "Each camera turned about its centre by a normally distributed angle",
-                                "degrees",
-                                turn_cameras,
-                                {0, 0.05, 0.1, 0.2, 0.5, 1},
-                                6,
-                                5,
-                                false},
-                               {"focal",
-                                "A common error of the focal length",
-                                "share",
-                                change_focal_length,
-                                {0, 0.002, 0.005, 0.01, 0.02, 0.05},
-                                6,
-                                5,
-                                false}};
+static const sweep sweeps[] = {
+    {"scale", "World units: all cameras scaled; nothing may change", "factor", scale_world, {1, 1e-6, 1e-3, 1e3, 1e6}, 5, 5, true},
+    {"shift", "World's origin: all cameras shifted, in heights of the tree; nothing may change", "heights", shift_world,
+     {0, 1, 1e2, 1e4, 1e5, 1e6}, 6, 4, true},
+    {"order", "Photographs in another order: 1 backwards, 2 and more shuffled", "order", reorder, {0, 1, 2, 3, 4}, 5, 3, false},
+    {"matte_noise", "Noise of mattes, deviation of alpha 0..1", "deviation", add_matte_noise,
+     {0, 0.01, 0.02, 0.05, 0.1, 0.2}, 6, 4, false},
+    {"sensor_noise", "Noise of the sensor at mid grey, deviation 0..1", "deviation", add_sensor_noise,
+     {0, 0.01, 0.02, 0.05, 0.1, 0.2}, 6, 3, false},
+    {"pose", "Each camera turned about its centre by a normally distributed angle", "degrees", turn_cameras,
+     {0, 0.05, 0.1, 0.2, 0.5, 1}, 6, 4, false},
+    {"focal", "A common error of the focal length", "share", change_focal_length,
+     {0, 0.002, 0.005, 0.01, 0.02, 0.05}, 6, 3, false}};
 #define SWEEP_COUNT ((int)(sizeof sweeps / sizeof *sweeps))
 
 // ---- one amount
@@ -237,12 +194,13 @@ static vt_status run_sweep(work *w, const sweep *s) {
     vt_views views = {0};
     double row[COLUMN_COUNT];
     char label[80], text[32];
-    clear_row(row, s->amounts[i]);
+    double amount = s->amounts[i * (s->count - 1) / (count - 1)];
+    clear_row(row, amount);
     status = vt_copy_views(w->context, &w->scene.views, &views);
-    if (!status) status = s->disturb(w, s->amounts[i], &views);
+    if (!status) status = s->disturb(w, amount, &views);
     if (!status) status = measure(w, &views, row);
     vt_free_views(w->context, &views);
-    snprintf(label, sizeof label, "%s %s", s->x, vt_show_amount(s->amounts[i], text));
+    snprintf(label, sizeof label, "%s %s", s->x, vt_show_amount(amount, text));
     if (!status) vt_put_values(table, label, row, COLUMN_COUNT);
     step(w);
   }
