@@ -1,17 +1,14 @@
-// bench_opacity.c - error of the alpha-only opacity of a capture over levels and processor seconds, solver by solver
+// bench_opacity.c - error of the alpha-only opacity of a capture or a scene over levels and processor seconds, solver by solver
 // SPDX-License-Identifier: BSD-3-Clause
 //
-//   build/bench/bench/bench_opacity CAPTURE LEVEL [adam|nesterov|majoriser|log]... 
+//   build/bench/bench/bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [adam|nesterov|majoriser|log]...
 //
 // From mattes to each level, coarse to fine, without any colour; judged on the views of role VT_TEST (or every eighth, held
-// out) at their full resolution: RMSE of alpha over all their pixels.
+// out) at their full resolution: RMSE of alpha over all their pixels. A name that vt_find_scene knows is photographed, by N
+// training views, with noise of deviation X in their mattes.
 
 #include "capture/capture.h"
-#include "reconstruct/bounds.h"
-#include "reconstruct/hull.h"
-#include "reconstruct/opacity.h"
-
-#include <string.h>
+#include "tests/opacity_run.h"
 
 typedef struct solver {
   const char *name;
@@ -25,132 +22,93 @@ static const solver solvers[] = {{"adam", VT_TRANSMITTANCE_DOMAIN, VT_STEP_ADAM,
                                  {"majoriser", VT_TRANSMITTANCE_DOMAIN, VT_STEP_MAJORISER, 4},
                                  {"log", VT_LOG_DOMAIN, VT_STEP_MAJORISER, 2}};
 
-typedef struct work {
-  vt_context *context;
-  vt_views views, train, test;
-  vt_octree octree;
-  double root_pixels, seconds[4]; // hull, rays, opacity, judge
-} work;
+typedef struct arguments {
+  const char *source;
+  int leaf, views;
+  double noise;
+  bool wanted[sizeof solvers / sizeof *solvers];
+} arguments;
 
-static vt_status collect(work *w, const vt_views *views, int level, double pixels_per_ray, vt_reduced_views *reduced, vt_rays *rays) {
-  double pixels = w->root_pixels / (1 << level);
-  int factor = (int)(pixels / pixels_per_ray), coarse = level;
-  if (factor < 1) factor = 1;
-  while (coarse > 0 && w->root_pixels / (1 << coarse) < 8.0 * factor) coarse--;
-  vt_status status = vt_reduce_views(w->context, views, factor, reduced);
-  return status ? status : vt_collect_rays(w->context, &w->octree, level, coarse, reduced, 8ull << 30, rays);
+static bool choose_solver(arguments *a, const char *name) {
+  for (size_t i = 0; i < sizeof solvers / sizeof *solvers; i++)
+    if (!strcmp(solvers[i].name, name)) return a->wanted[i] = true;
+  return false;
 }
 
-static vt_status carve(work *w, int level) {
-  vt_level *cells = &w->octree.levels[level], kept;
-  int factor = (int)(w->root_pixels / (1 << level) / 4);
-  vt_silhouettes silhouettes;
-  vt_status status = vt_make_silhouettes(w->context, &w->train, factor < 1 ? 1 : factor, 2, &silhouettes);
-  if (status) return status;
-  uint8_t *keep = VT_NEW(w->context, uint8_t, cells->cell_count);
-  status = keep ? vt_carve(w->context, &silhouettes, &w->octree, level, keep) : VT_OUT_OF_MEMORY;
-  if (!status) status = vt_filter_level(w->context, 2, level, cells, keep, &kept);
-  if (!status) vt_free_level(w->context, cells), *cells = kept;
-  vt_free(w->context, keep);
-  vt_free_silhouettes(w->context, &silhouettes);
-  return status;
-}
-
-static vt_status judge(work *w, int level, double *rmse) {
-  double sum = 0, pixels = 0;
-  vt_tree tree = {.octree = w->octree};
-  vt_status status = VT_OK;
-  for (int i = 0; i < w->test.count && !status; i++) {
-    vt_fimage picture = {0};
-    const vt_view *view = &w->test.items[i];
-    status = vt_composite(w->context, &tree, level, NULL, VT_BLEND_SUM, true, &view->camera, &picture);
-    size_t count = (size_t)view->picture.width * (size_t)view->picture.height;
-    for (size_t p = 0; p < count && !status; p++) {
-      double error = (double)picture.pixels[4 * p + 3] - view->picture.pixels[4 * p + 3] / 255.0;
-      sum += error * error;
-    }
-    pixels += (double)count;
-    vt_free_fimage(w->context, &picture);
+static bool read_arguments(int count, char **words, arguments *a) {
+  bool any = false;
+  *a = (arguments){.source = count > 1 ? words[1] : NULL, .leaf = count > 2 ? atoi(words[2]) : 0};
+  if (a->leaf < 1 || a->leaf > VT_MAX_LEVEL) return false;
+  for (int i = 3; i < count; i++) {
+    bool option = words[i][0] == '-';
+    if (option && ++i == count) return false;
+    if (!option && !choose_solver(a, words[i])) return false;
+    if (option && !strcmp(words[i - 1], "--views"))
+      a->views = atoi(words[i]);
+    else if (option && !strcmp(words[i - 1], "--noise"))
+      a->noise = atof(words[i]);
+    else if (option)
+      return false;
+    any = any || !option;
   }
-  *rmse = sqrt(sum / pixels);
-  return status;
+  for (size_t i = 0; i < sizeof solvers / sizeof *solvers && !any; i++) a->wanted[i] = true;
+  return true;
 }
 
-static vt_status solve_level(work *w, const solver *s, int level, bool last) {
-  static const uint16_t root[1][3] = {{0, 0, 0}};
-  double start = vt_cpu_seconds(), rmse = 0;
-  vt_status status = level ? vt_split_level(w->context, 2, level - 1, &w->octree.levels[level - 1], NULL, &w->octree.levels[level])
-                           : vt_make_level(w->context, 2, 0, 1, root, &w->octree.levels[0]);
-  if (!status && !level) w->octree.levels[0].optical_depth[0] = 0.5f;
-  w->octree.level_count = level + 1;
-  if (!status) status = carve(w, level);
-  double hull = vt_cpu_seconds();
-  vt_reduced_views reduced = {0};
-  vt_rays rays = {0};
-  if (!status) status = collect(w, &w->train, level, last ? 2 : 3, &reduced, &rays);
-  double collected = vt_cpu_seconds();
+static vt_status get_views(const arguments *a, opacity_run *run) {
+  vt_synthetic_desc scene;
+  if (vt_find_scene(a->source, &scene)) {
+    if (a->views) scene.train_count = a->views;
+    if (getenv("VT_SIZE")) scene.width = scene.height = atoi(getenv("VT_SIZE"));
+    return photograph_scene(run, &scene, a->noise);
+  }
+  vt_capture_desc source = vt_default_capture_desc();
+  source.source = a->source;
+  vt_status status = vt_load_views(run->context, &source, &run->views, NULL);
+  if (!status && !vt_count_views(&run->views, VT_TEST)) vt_hold_out(&run->views, 8);
+  return status ? status : choose_roles(run);
+}
+
+static vt_status run_solver(opacity_run *run, const solver *s, int leaf) {
   vt_opacity_desc desc = vt_default_opacity_desc();
-  vt_opacity_report report = {0};
   desc.domain = s->domain, desc.step = s->step, desc.iterations = s->iterations;
   if (s->step == VT_STEP_MAJORISER) desc.subset_count = 12, desc.total_variation = 0, desc.least_updates = 0;
   if (getenv("VT_TV")) desc.total_variation = (float)atof(getenv("VT_TV"));
   if (getenv("VT_RATE")) desc.learning_rate = (float)atof(getenv("VT_RATE"));
+  if (getenv("VT_LAST")) desc.last_rate = (float)atof(getenv("VT_LAST"));
+  if (getenv("VT_WIDTH")) desc.variation_width = (float)atof(getenv("VT_WIDTH"));
   if (getenv("VT_ITER")) desc.iterations = atoi(getenv("VT_ITER"));
   if (getenv("VT_SUB")) desc.subset_count = atoi(getenv("VT_SUB"));
   if (getenv("VT_WEIGH")) desc.weigh_views = atoi(getenv("VT_WEIGH"));
-  if (!status) status = vt_estimate_opacity(w->context, &desc, &rays, &w->octree.levels[level], &report);
-  double solved = vt_cpu_seconds();
-  vt_free_rays(w->context, &rays);
-  vt_free_reduced_views(w->context, &reduced);
-  w->seconds[0] += hull - start, w->seconds[1] += collected - hull, w->seconds[2] += solved - collected;
-  if (!status && level >= 4) status = judge(w, level, &rmse);
-  if (!status && level >= 4)
-    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %9.4f %7.2f %7.2f %7.2f %7.2f\n", s->name, level, w->octree.levels[level].cell_count,
-           (unsigned long long)report.rays, 100 * report.saturated_share, report.alpha_rmse, report.held_out_rmse, rmse,
-           w->seconds[0], w->seconds[1], w->seconds[2], w->seconds[0] + w->seconds[1] + w->seconds[2]);
-  fflush(stdout);
+  vt_status status = begin_run(run);
+  for (int level = 0; level <= leaf && !status; level++) {
+    status = solve_run_level(run, &desc, level, level == leaf ? (getenv("VT_PPR") ? atof(getenv("VT_PPR")) : 2) : 3);
+    if (status || level < 4) continue;
+    status = judge_run(run, level);
+    const double *t = run->seconds;
+    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %9.4f %7.2f %7.2f %7.2f %7.2f\n", s->name, level,
+           run->octree.levels[level].cell_count, (unsigned long long)run->report.rays, 100 * run->report.saturated_share,
+           run->report.alpha_rmse, run->report.held_out_rmse, run->alpha_rmse, t[0], t[1], t[2], t[0] + t[1] + t[2]);
+    fflush(stdout);
+  }
   return status;
 }
 
-static vt_status run_solver(work *w, const solver *s, int leaf) {
-  w->octree = (vt_octree){.branching = 2};
-  memset(w->seconds, 0, sizeof w->seconds);
-  vt_status status = vt_find_bounds(w->context, &w->train, &w->octree);
-  double half = w->octree.edge / 2;
-  vt_vec3 middle = vt_add(w->octree.origin, vt_v3(half, half, half));
-  if (!status) status = vt_projected_size(w->context, &w->train, middle, w->octree.edge, &w->root_pixels);
-  for (int level = 0; level <= leaf && !status; level++) status = solve_level(w, s, level, level == leaf);
-  vt_free_octree(w->context, &w->octree);
-  return status;
-}
-
-static bool is_wanted(const char *name, int count, char **names) {
-  for (int i = 0; i < count; i++)
-    if (!strcmp(name, names[i])) return true;
-  return count == 0;
-}
-
-int main(int count, char **arguments) {
-  if (count < 3 || atoi(arguments[2]) < 1 || atoi(arguments[2]) > VT_MAX_LEVEL) {
-    fprintf(stderr, "bench_opacity CAPTURE LEVEL [adam|nesterov|majoriser|log]...\n");
+int main(int count, char **words) {
+  arguments a;
+  if (!read_arguments(count, words, &a)) {
+    fprintf(stderr, "bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [adam|nesterov|majoriser|log]...\n");
     return VT_BAD_USAGE;
   }
   vt_context_desc desc = vt_default_context_desc();
   desc.log_level = VT_LOG_QUIET;
-  work w = {.context = vt_create_context(&desc)};
-  vt_capture_desc source = vt_default_capture_desc();
-  source.source = arguments[1];
-  vt_status status = vt_load_views(w.context, &source, &w.views, NULL);
-  if (!status && !vt_count_views(&w.views, VT_TEST)) vt_hold_out(&w.views, 8);
-  if (!status) status = vt_select_views(w.context, &w.views, VT_TRAIN, &w.train);
-  if (!status) status = vt_select_views(w.context, &w.views, VT_TEST, &w.test);
+  opacity_run run = {.context = vt_create_context(&desc)};
+  vt_status status = run.context ? get_views(&a, &run) : VT_OUT_OF_MEMORY;
   printf("solver     level     cells       rays saturated %%  train held out      test    hull    rays opacity  in all (processor s)\n");
   for (size_t i = 0; i < sizeof solvers / sizeof *solvers && !status; i++)
-    if (is_wanted(solvers[i].name, count - 3, arguments + 3)) status = run_solver(&w, &solvers[i], atoi(arguments[2]));
-  if (status) fprintf(stderr, "bench_opacity: %s\n", vt_last_error(w.context));
-  vt_free(w.context, w.train.items);
-  vt_free(w.context, w.test.items);
-  vt_free_views(w.context, &w.views);
-  vt_destroy_context(w.context);
+    if (a.wanted[i]) status = run_solver(&run, &solvers[i], a.leaf);
+  if (status && run.context) fprintf(stderr, "bench_opacity: %s\n", vt_last_error(run.context));
+  if (run.context) free_opacity_run(&run);
+  vt_destroy_context(run.context);
   return (int)status;
 }
