@@ -1,81 +1,114 @@
-// bench_opacity.c - error of the alpha-only opacity of a capture over levels and processor seconds, solver by solver
+// bench_opacity.c - error of the alpha-only opacity of a capture or a scene over levels and processor seconds, solver by solver
 // SPDX-License-Identifier: BSD-3-Clause
 //
-//   build/bench/bench/bench_opacity CAPTURE LEVEL [SWEEPS [adam|nesterov|majoriser|log]...]
+//   build/bench/bench/bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [adam|nesterov|majoriser|log]...
 //
-// From mattes to LEVEL, coarse to fine, without any colour; judged on the views of role VT_TEST (or every eighth, held
-// out) at their full resolution: RMSE of alpha over all their pixels. SWEEPS 0: as many as the solver usually does.
+// From mattes to each level, coarse to fine, without any colour; judged on the views of role VT_TEST (or every eighth, held
+// out) at their full resolution: RMSE of alpha over all their pixels. A name that vt_find_scene knows is photographed, by N
+// training views, with noise of deviation X in their mattes.
 
 #include "capture/capture.h"
-#include "reconstruct/reconstruct.h"
+#include "tests/opacity_run.h"
 
-#include <string.h>
+typedef struct solver {
+  const char *name;
+  vt_opacity_domain domain;
+  vt_opacity_step step;
+  int iterations;
+} solver;
 
-static const char *const names[] = {"adam", "nesterov", "majoriser", "log"}; // in the order of vt_solver
+static const solver solvers[] = {{"adam", VT_TRANSMITTANCE_DOMAIN, VT_STEP_ADAM, 4},
+                                 {"nesterov", VT_TRANSMITTANCE_DOMAIN, VT_STEP_NESTEROV, 40},
+                                 {"majoriser", VT_TRANSMITTANCE_DOMAIN, VT_STEP_MAJORISER, 4},
+                                 {"log", VT_LOG_DOMAIN, VT_STEP_MAJORISER, 2}};
 
-static vt_status judge(vt_context *context, const vt_tree *tree, const vt_views *views, int level, double *rmse) {
-  double sum = 0, pixels = 0;
-  vt_status status = VT_OK;
-  for (int i = 0; i < views->count && !status; i++) {
-    vt_fimage picture = {0};
-    const vt_view *view = &views->items[i];
-    if (view->role != VT_TEST) continue;
-    status = vt_composite(context, tree, level, NULL, VT_BLEND_SUM, true, &view->camera, &picture);
-    size_t count = (size_t)view->picture.width * (size_t)view->picture.height;
-    for (size_t p = 0; p < count && !status; p++) {
-      double error = (double)picture.pixels[4 * p + 3] - view->picture.pixels[4 * p + 3] / 255.0;
-      sum += error * error;
-    }
-    pixels += (double)count;
-    vt_free_fimage(context, &picture);
+typedef struct arguments {
+  const char *source;
+  int leaf, views;
+  double noise;
+  bool wanted[sizeof solvers / sizeof *solvers];
+} arguments;
+
+static bool choose_solver(arguments *a, const char *name) {
+  for (size_t i = 0; i < sizeof solvers / sizeof *solvers; i++)
+    if (!strcmp(solvers[i].name, name)) return a->wanted[i] = true;
+  return false;
+}
+
+static bool read_arguments(int count, char **words, arguments *a) {
+  bool any = false;
+  *a = (arguments){.source = count > 1 ? words[1] : NULL, .leaf = count > 2 ? atoi(words[2]) : 0};
+  if (a->leaf < 1 || a->leaf > VT_MAX_LEVEL) return false;
+  for (int i = 3; i < count; i++) {
+    bool option = words[i][0] == '-';
+    if (option && ++i == count) return false;
+    if (!option && !choose_solver(a, words[i])) return false;
+    if (option && !strcmp(words[i - 1], "--views"))
+      a->views = atoi(words[i]);
+    else if (option && !strcmp(words[i - 1], "--noise"))
+      a->noise = atof(words[i]);
+    else if (option)
+      return false;
+    any = any || !option;
   }
-  *rmse = sqrt(sum / pixels);
+  for (size_t i = 0; i < sizeof solvers / sizeof *solvers && !any; i++) a->wanted[i] = true;
+  return true;
+}
+
+static vt_status get_views(const arguments *a, opacity_run *run) {
+  vt_synthetic_desc scene;
+  if (vt_find_scene(a->source, &scene)) {
+    if (a->views) scene.train_count = a->views;
+    if (getenv("VT_SIZE")) scene.width = scene.height = atoi(getenv("VT_SIZE"));
+    return photograph_scene(run, &scene, a->noise);
+  }
+  vt_capture_desc source = vt_default_capture_desc();
+  source.source = a->source;
+  vt_status status = vt_load_views(run->context, &source, &run->views, NULL);
+  if (!status && !vt_count_views(&run->views, VT_TEST)) vt_hold_out(&run->views, 8);
+  return status ? status : choose_roles(run);
+}
+
+static vt_status run_solver(opacity_run *run, const solver *s, int leaf) {
+  vt_opacity_desc desc = vt_default_opacity_desc();
+  desc.domain = s->domain, desc.step = s->step, desc.iterations = s->iterations;
+  if (s->step == VT_STEP_MAJORISER) desc.subset_count = 12, desc.total_variation = 0, desc.least_updates = 0;
+  if (getenv("VT_TV")) desc.total_variation = (float)atof(getenv("VT_TV"));
+  if (getenv("VT_RATE")) desc.learning_rate = (float)atof(getenv("VT_RATE"));
+  if (getenv("VT_LAST")) desc.last_rate = (float)atof(getenv("VT_LAST"));
+  if (getenv("VT_WIDTH")) desc.variation_width = (float)atof(getenv("VT_WIDTH"));
+  if (getenv("VT_ITER")) desc.iterations = atoi(getenv("VT_ITER"));
+  if (getenv("VT_SUB")) desc.subset_count = atoi(getenv("VT_SUB"));
+  if (getenv("VT_WEIGH")) desc.weigh_views = atoi(getenv("VT_WEIGH"));
+  vt_status status = begin_run(run);
+  for (int level = 0; level <= leaf && !status; level++) {
+    status = solve_run_level(run, &desc, level, level == leaf ? (getenv("VT_PPR") ? atof(getenv("VT_PPR")) : 2) : 3);
+    if (status || level < 4) continue;
+    status = judge_run(run, level);
+    const double *t = run->seconds;
+    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %9.4f %7.2f %7.2f %7.2f %7.2f\n", s->name, level,
+           run->octree.levels[level].cell_count, (unsigned long long)run->report.rays, 100 * run->report.saturated_share,
+           run->report.alpha_rmse, run->report.held_out_rmse, run->alpha_rmse, t[0], t[1], t[2], t[0] + t[1] + t[2]);
+    fflush(stdout);
+  }
   return status;
 }
 
-static vt_status run_solver(vt_context *context, const vt_views *views, int solver, int sweeps, int leaf) {
-  vt_tree tree;
-  vt_reconstruct_report report;
-  double start = vt_cpu_seconds(), rmse = 0;
-  vt_status status = vt_reconstruct_opacity(context, views, (vt_solver)solver, sweeps, leaf, &tree, &report);
-  double seconds = vt_cpu_seconds() - start;
-  for (int l = leaf < 4 ? leaf : 4; l <= report.leaf_level && !status; l++) {
-    const vt_level_report *level = &report.levels[l];
-    status = judge(context, &tree, views, l, &rmse);
-    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %8.4f %8.0f %9u", names[solver], l, level->cells, (unsigned long long)level->rays,
-           100 * level->saturated_share, level->alpha_rmse, level->held_out_rmse, rmse, level->coverage_degrees, level->unconstrained);
-    if (l == report.leaf_level) printf(" %9.2f", seconds);
-    printf("\n");
-  }
-  if (!status) vt_free_tree(context, &tree);
-  return status;
-}
-
-static bool is_wanted(const char *name, int count, char **wanted) {
-  for (int i = 0; i < count; i++)
-    if (!strcmp(name, wanted[i])) return true;
-  return count <= 0;
-}
-
-int main(int count, char **arguments) {
-  if (count < 3 || atoi(arguments[2]) < 1 || atoi(arguments[2]) > VT_MAX_LEVEL) {
-    fprintf(stderr, "bench_opacity CAPTURE LEVEL [SWEEPS [adam|nesterov|majoriser|log]...]\n");
+int main(int count, char **words) {
+  arguments a;
+  if (!read_arguments(count, words, &a)) {
+    fprintf(stderr, "bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [adam|nesterov|majoriser|log]...\n");
     return VT_BAD_USAGE;
   }
   vt_context_desc desc = vt_default_context_desc();
   desc.log_level = VT_LOG_QUIET;
-  vt_context *context = vt_create_context(&desc);
-  vt_capture_desc source = vt_default_capture_desc();
-  source.source = arguments[1];
-  vt_views views = {0};
-  vt_status status = vt_load_views(context, &source, &views, NULL);
-  if (!status && !vt_count_views(&views, VT_TEST)) vt_hold_out(&views, 8);
-  printf("solver     level     cells       rays saturated %%  train held out    test  degrees unreached  processor s\n");
-  for (int i = 0; i < 4 && !status; i++)
-    if (is_wanted(names[i], count - 4, arguments + 4))
-      status = run_solver(context, &views, i, count > 3 ? atoi(arguments[3]) : 0, atoi(arguments[2]));
-  if (status) fprintf(stderr, "bench_opacity: %s\n", vt_last_error(context));
-  vt_free_views(context, &views);
-  vt_destroy_context(context);
+  opacity_run run = {.context = vt_create_context(&desc)};
+  vt_status status = run.context ? get_views(&a, &run) : VT_OUT_OF_MEMORY;
+  printf("solver     level     cells       rays saturated %%  train held out      test    hull    rays opacity  in all (processor s)\n");
+  for (size_t i = 0; i < sizeof solvers / sizeof *solvers && !status; i++)
+    if (a.wanted[i]) status = run_solver(&run, &solvers[i], a.leaf);
+  if (status && run.context) fprintf(stderr, "bench_opacity: %s\n", vt_last_error(run.context));
+  if (run.context) free_opacity_run(&run);
+  vt_destroy_context(run.context);
   return (int)status;
 }
