@@ -11,15 +11,16 @@ static vt_context *context;
 static vt_json *report;
 
 static void run_suite(const char *suite) {
+#ifndef VT_WITH_JANSSON
+  skip(); // a build that reads no JSON
+#endif
   char words[200];
   snprintf(words, sizeof words, "bench %s --quick --repetitions 1 --json %s.json --report %s --quiet", suite, suite, suite);
   assert_code(run(words), 0);
   snprintf(words, sizeof words, "%s.json", suite);
   vt_free_json(context, report);
   report = NULL;
-  vt_status status = vt_read_json(context, words, &report);
-  if (status == VT_MISSING_PROGRAM) skip(); // a build that reads no JSON
-  assert_int_equal(status, VT_OK);
+  assert_int_equal(vt_read_json(context, words, &report), VT_OK);
 }
 
 // ---- asking a report
