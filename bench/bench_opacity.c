@@ -1,7 +1,8 @@
 // bench_opacity.c - error of the alpha-only opacity of a capture or a scene over levels and processor seconds, solver by solver
 // SPDX-License-Identifier: BSD-3-Clause
 //
-//   build/bench/bench/bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [adam|nesterov|majoriser|log]...
+//   build/bench/bench/bench_opacity CAPTURE|SCENE LEVEL [--views N] [--noise X] [--size PIXELS] [--subsets N] [--iterations N]
+//                                   [--rate X] [adam|nesterov|majoriser|log]...
 //
 // From mattes to each level, coarse to fine, without any colour; judged on the views of role VT_TEST (or every eighth, held
 // out) at their full resolution: RMSE of alpha over all their pixels. A name that vt_find_scene knows is photographed, by N
@@ -24,8 +25,8 @@ static const solver solvers[] = {{"adam", VT_TRANSMITTANCE_DOMAIN, VT_STEP_ADAM,
 
 typedef struct arguments {
   const char *source;
-  int leaf, views;
-  double noise;
+  int leaf, views, size, subsets, iterations; // 0: the default
+  double noise, rate;
   bool wanted[sizeof solvers / sizeof *solvers];
 } arguments;
 
@@ -47,6 +48,14 @@ static bool read_arguments(int count, char **words, arguments *a) {
       a->views = atoi(words[i]);
     else if (option && !strcmp(words[i - 1], "--noise"))
       a->noise = atof(words[i]);
+    else if (option && !strcmp(words[i - 1], "--size"))
+      a->size = atoi(words[i]);
+    else if (option && !strcmp(words[i - 1], "--subsets"))
+      a->subsets = atoi(words[i]);
+    else if (option && !strcmp(words[i - 1], "--iterations"))
+      a->iterations = atoi(words[i]);
+    else if (option && !strcmp(words[i - 1], "--rate"))
+      a->rate = atof(words[i]);
     else if (option)
       return false;
     any = any || !option;
@@ -59,7 +68,7 @@ static vt_status get_views(const arguments *a, opacity_run *run) {
   vt_synthetic_desc scene;
   if (vt_find_scene(a->source, &scene)) {
     if (a->views) scene.train_count = a->views;
-    if (getenv("VT_SIZE")) scene.width = scene.height = atoi(getenv("VT_SIZE"));
+    if (a->size) scene.width = scene.height = a->size;
     return photograph_scene(run, &scene, a->noise);
   }
   vt_capture_desc source = vt_default_capture_desc();
@@ -69,20 +78,16 @@ static vt_status get_views(const arguments *a, opacity_run *run) {
   return status ? status : choose_roles(run);
 }
 
-static vt_status run_solver(opacity_run *run, const solver *s, int leaf) {
+static vt_status run_solver(opacity_run *run, const solver *s, const arguments *a) {
   vt_opacity_desc desc = vt_default_opacity_desc();
   desc.domain = s->domain, desc.step = s->step, desc.iterations = s->iterations;
   if (s->step == VT_STEP_MAJORISER) desc.subset_count = 12, desc.total_variation = 0, desc.least_updates = 0;
-  if (getenv("VT_TV")) desc.total_variation = (float)atof(getenv("VT_TV"));
-  if (getenv("VT_RATE")) desc.learning_rate = (float)atof(getenv("VT_RATE"));
-  if (getenv("VT_LAST")) desc.last_rate = (float)atof(getenv("VT_LAST"));
-  if (getenv("VT_WIDTH")) desc.variation_width = (float)atof(getenv("VT_WIDTH"));
-  if (getenv("VT_ITER")) desc.iterations = atoi(getenv("VT_ITER"));
-  if (getenv("VT_SUB")) desc.subset_count = atoi(getenv("VT_SUB"));
-  if (getenv("VT_WEIGH")) desc.weigh_views = atoi(getenv("VT_WEIGH"));
+  if (a->subsets) desc.subset_count = a->subsets;
+  if (a->iterations) desc.iterations = a->iterations;
+  if (a->rate > 0) desc.learning_rate = (float)a->rate;
   vt_status status = begin_run(run);
-  for (int level = 0; level <= leaf && !status; level++) {
-    status = solve_run_level(run, &desc, level, level == leaf ? (getenv("VT_PPR") ? atof(getenv("VT_PPR")) : 2) : 3);
+  for (int level = 0; level <= a->leaf && !status; level++) {
+    status = solve_run_level(run, &desc, level, level == a->leaf ? 2 : 3);
     if (status || level < 4) continue;
     status = judge_run(run, level);
     const double *t = run->seconds;
@@ -106,7 +111,7 @@ int main(int count, char **words) {
   vt_status status = run.context ? get_views(&a, &run) : VT_OUT_OF_MEMORY;
   printf("solver     level     cells       rays saturated %%  train held out      test    hull    rays opacity  in all (processor s)\n");
   for (size_t i = 0; i < sizeof solvers / sizeof *solvers && !status; i++)
-    if (a.wanted[i]) status = run_solver(&run, &solvers[i], a.leaf);
+    if (a.wanted[i]) status = run_solver(&run, &solvers[i], &a);
   if (status && run.context) fprintf(stderr, "bench_opacity: %s\n", vt_last_error(run.context));
   if (run.context) free_opacity_run(&run);
   vt_destroy_context(run.context);

@@ -307,8 +307,12 @@ static vt_status prepare(run *r) {
   tree->cameras = VT_NEW(r->context, vt_camera, (size_t)r->views->count);
   tree->metadata = vt_strdup(r->context, "{}");
   if (!tree->cameras || !tree->metadata) return VT_OUT_OF_MEMORY;
-  for (int i = 0; i < r->views->count; i++) tree->cameras[i] = r->views->items[i].camera;
-  vt_status status = vt_find_bounds(r->context, r->views, &tree->octree);
+  vt_status status = VT_OK;
+  for (int i = 0; i < r->views->count && !status; i++) {
+    tree->cameras[i] = r->views->items[i].camera;
+    status = vt_check_camera(r->context, &tree->cameras[i], r->views->items[i].name);
+  }
+  if (!status) status = vt_find_bounds(r->context, r->views, &tree->octree);
   if (status) return status;
   double half = 0.5 * tree->octree.edge;
   vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));
