@@ -61,5 +61,7 @@ typedef struct vt_frontier {
 
 // Adds the capture's tables, plots, pictures and sentences to the report.
 vt_status vt_put_frontier(vt_frontier *);
+// Runs the solvers of opacity on the capture, and adds their table and plot (bench_solvers.c).
+vt_status vt_put_solvers(vt_frontier *);
 
 #endif

@@ -269,6 +269,7 @@ static vt_status run_capture(vt_frontier *f, const char *source) {
   if (!status) status = run_predictors(f);
   if (!status) status = run_peers(f);
   if (!status) status = vt_put_frontier(f);
+  if (!status) status = vt_put_solvers(f);
   free_capture(f);
   return status;
 }
