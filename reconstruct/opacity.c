@@ -32,6 +32,7 @@
 #define LEAST_TRANSMITTANCE 0.001f
 #define LEAST_WEIGHT 1e-4f
 #define LEAST_CURVATURE 1e-3f
+#define LEAST_RATE 0.002f
 
 vt_opacity_desc vt_default_opacity_desc(void) {
   return (vt_opacity_desc){.cookie = VT_COOKIE,
@@ -41,7 +42,7 @@ vt_opacity_desc vt_default_opacity_desc(void) {
                            .least_updates = 48,
                            .subset_count = 24,
                            .relaxation = 0.7f,
-                           .learning_rate = 0.05f,
+                           .learning_rate = 0.25f,
                            .last_rate = 0.1f,
                            .largest = 30,
                            .total_variation = 0.05f,
@@ -159,7 +160,7 @@ typedef struct stepper {
   const vt_opacity_desc *desc;
   float *s, *total;              // [cells], [width * cells]
   float *first, *second;         // Adam: running means; Nesterov: second is y, first the last s
-  float rate, first_bias, second_bias;
+  float first_rate, rate, first_bias, second_bias; // Adam
   size_t cells;
   double power_first, power_second;
   double t;                      // Nesterov's
@@ -227,7 +228,7 @@ static vt_status make_step(stepper *st, int width) {
     st->power_first *= 0.9, st->power_second *= 0.99;
     st->first_bias = (float)(1 / (1 - st->power_first));
     st->second_bias = (float)(1 / (1 - st->power_second));
-    st->rate = desc->learning_rate * powf(desc->last_rate, (float)st->update / (float)st->update_count);
+    st->rate = st->first_rate * powf(desc->last_rate, (float)st->update / (float)st->update_count);
   }
   vt_block_function step = desc->step == VT_STEP_ADAM       ? step_adam
                            : desc->step == VT_STEP_NESTEROV ? step_nesterov
@@ -289,10 +290,18 @@ static vt_status run_sweeps(vt_context *context, const vt_opacity_desc *desc, co
   return status;
 }
 
+// The optical depth that a usual cell of some depth has: the mean weighted by itself.
+static float usual_depth(const float *s, size_t count) {
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < count; i++) sum += (double)s[i], squares += (double)s[i] * (double)s[i];
+  return sum > 0 ? (float)(squares / sum) : 0;
+}
+
 static vt_status begin_step(vt_context *context, const vt_opacity_desc *desc, const vt_level *cells, int width, stepper *st) {
   size_t count = cells->cell_count;
   *st = (stepper){.context = context, .desc = desc, .s = cells->optical_depth, .cells = count, .t = 1};
   st->power_first = st->power_second = 1;
+  st->first_rate = fmaxf(desc->learning_rate * usual_depth(st->s, count), LEAST_RATE);
   st->total = VT_NEW(context, float, (size_t)width * count);
   bool remembers = desc->step != VT_STEP_MAJORISER;
   if (remembers) st->first = VT_NEW(context, float, count), st->second = VT_NEW(context, float, count);

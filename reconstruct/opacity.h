@@ -29,7 +29,7 @@ typedef struct vt_opacity_desc {
   int least_updates;       // more sweeps where few photographs make few subsets: so many changes of s at least
   int subset_count;        // ordered subsets of photographs per sweep, >= 1; Nesterov takes all at once
   float relaxation;        // of the majoriser's steps, 0..1
-  float learning_rate;     // Adam: first step, in optical depth per edge
+  float learning_rate;     // Adam: first step, as a share of the depth that a usual cell has at the start
   float last_rate;         // the share of it that is left at the end
   float largest;           // bound of the optical depth across a cell's edge
   float total_variation;   // weight of the Huber total variation over the faces between cells, >= 0; 0: none
