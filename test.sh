@@ -4,7 +4,7 @@
 #
 #   ./test.sh [PRESET...]     release    gcc, optimised: all tests
 #                             dev        gcc with address and undefined-behaviour sanitizers and heavy checks: all tests but
-#                                        those that run the bench from end to end
+#                                        those that measure whole runs for minutes
 #                             dev-clang  the same with clang: all but the slow tests
 #                             bare       a C compiler alone: every test that needs nothing else
 #                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads
