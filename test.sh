@@ -7,7 +7,7 @@
 #                                        those that measure whole runs for minutes
 #                             dev-clang  the same with clang: all but the slow tests
 #                             bare       a C compiler alone: every test that needs nothing else
-#                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads
+#                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads, but the slow ones
 #   ./test.sh --no-setup ...  installs nothing
 # Without a name all five. The last line is "N passed, N failed, N skipped", in test cases; exit code 0 if none failed.
 # VT_JOBS is the number of parallel jobs (as many as there are processors).
@@ -55,7 +55,7 @@ run_preset() { # adds to the sums; complains and counts a failure where the pres
   case $preset in
   # The thread sanitizer knows nothing of how foreign libraries wait for each other, so they stay out.
   tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF -DVT_WITH_EMBREE=OFF)
-    choose=(-L threads) ;;
+    choose=(-L threads -LE 'slow|bench') ;;
   dev) choose=(-LE bench) ;;
   dev-clang) choose=(-LE 'slow|bench') ;;
   esac
