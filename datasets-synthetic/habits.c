@@ -124,6 +124,6 @@ const vt_habit *vt_habit_of(vt_synthetic_kind kind) {
     case VT_SYNTHETIC_SMALL_OAK: return &small_oak;
     case VT_SYNTHETIC_BIRCH: return &birch;
     case VT_SYNTHETIC_WILLOW: return &willow;
-    default: VT_ASSERT(!"a kind that is grown"); return NULL;
+    default: VT_ASSERT(false); return NULL;
   }
 }
