@@ -22,6 +22,8 @@ void vt_free_level(vt_context *context, vt_level *level) {
   vt_free(context, level->z);
   vt_free(context, level->optical_depth);
   vt_free(context, level->colour);
+  vt_free(context, level->corner_of);
+  vt_free(context, level->corner_values);
   vt_free(context, level->bricks);
   vt_free(context, level->map.entries);
   *level = (vt_level){0};

@@ -18,7 +18,7 @@
 // distance of the eye costs digits. In view v the point lies at the homogeneous pixel A + g B, both computed once per
 // pixel in double.
 
-#include "octree/octree.h"
+#include "octree/composite_field.h"
 
 #include <string.h>
 
@@ -325,11 +325,19 @@ vt_status vt_composite_skipping(vt_context *context, const vt_tree *tree, int le
   *out = (vt_fimage){0};
   vt_status status = vt_make_fimage(context, camera->width, camera->height, 4, out);
   if (status) return status;
+  float least_transmittance = skips & VT_SKIP_HIDDEN ? OPAQUE_ENOUGH : 0;
+  bool textured = tree->view_textures[level].view_count > 0;
+  if (flat ? tree->octree.levels[level].corner_count > 0 : textured) {
+    if (tree->octree.levels[level].cell_count && (flat || weights->count))
+      status = vt_composite_field(context, tree, level, flat ? NULL : weights, least_transmittance, camera, out);
+    if (status) vt_free_fimage(context, out);
+    return status;
+  }
   picture p = {.context = context, .tree = tree, .level = &tree->octree.levels[level], .tiles = &tree->tiles[level],
                .camera = camera, .level_number = level, .texel_edge = tree->texel_edge,
                .packed = vt_is_packed(tree), .geometric = blend == VT_BLEND_GEOMETRIC,
                .skip_outside = (skips & VT_SKIP_OUTSIDE) != 0,
-               .least_transmittance = skips & VT_SKIP_HIDDEN ? OPAQUE_ENOUGH : 0, .out = out};
+               .least_transmittance = least_transmittance, .out = out};
   p.view_count = flat || !p.tiles->view_count ? 0 : weights->count;
   if ((!flat && !p.view_count) || !p.level->cell_count) return VT_OK; // nothing to show
   prepare(&p, weights);

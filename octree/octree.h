@@ -45,6 +45,11 @@ typedef struct vt_level {
   uint32_t brick_count;   //
   vt_brick *bricks;       // [brick_count] in Morton order; owned
   vt_brick_map map;       // where they are; owned
+  // A field: opacity and colour at the cells' corners, interpolated trilinearly within a cell. corner_count 0: cells are
+  // constant, and the arrays are NULL. optical_depth and colour above are then the cells' means all the same.
+  uint32_t corner_count;
+  uint32_t *corner_of;     // [cell_count][8] the cell's corners, x fastest, then y, then z; owned
+  float *corner_values;    // [corner_count][4] optical depth across a cell's edge, >= 0, and sRGB-encoded RGB, 0..1; owned
 } vt_level;
 
 typedef struct vt_octree {
@@ -78,6 +83,11 @@ void vt_all_neighbours(const vt_level *, int branching, uint32_t cell, uint32_t 
 // The cells of a finer level that lie within a cell of `level`: begin <= index < end.
 typedef struct vt_cell_range { uint32_t begin, end; } vt_cell_range;
 vt_cell_range vt_cells_below(const vt_octree *, int level, uint32_t cell, int finer_level);
+// Gives a level its corners, numbered in the order in which the cells (in Morton order) meet them first; values 0. Corners
+// that it had are dropped. VT_OUT_OF_MEMORY.
+vt_status vt_make_corners(vt_context *, int branching, vt_level *);
+vt_status vt_corners_from_cells(vt_context *, vt_level *); // each corner gets the mean of the cells that touch it
+void vt_cells_from_corners(vt_level *); // each cell gets the mean of its corners
 double vt_cell_edge(const vt_octree *, int level);                         // world
 vt_vec3 vt_cell_centre(const vt_octree *, int level, uint32_t cell);       // world
 
@@ -113,6 +123,32 @@ vt_walk_path vt_best_walk_path(void); // the fastest that this machine has; thos
 #define VT_PACKET_RAYS 16
 void vt_walk_rays(const vt_octree *, int level, vt_walk_path, const vt_ray *rays, int count, vt_chord *out, size_t capacity,
                   uint32_t *chord_count);
+
+// ==== the field along a ray ==========================================================================================
+
+// A view as its texture sees it: homogeneous pixel of the reduced photograph = m X + b, X in cell edges from the root's
+// lowest corner.
+typedef struct vt_field_view {
+  const struct vt_view_texture *texture;
+  double m[9], b[3];
+  float weight; // >= 0
+} vt_field_view;
+// `level` of the octree, `factor` by which the view's photographs are reduced.
+vt_field_view vt_aim_field_view(const vt_octree *, int level, const vt_camera *, int factor, const struct vt_view_texture *,
+                                float weight);
+
+// What stands in the middle of each of a ray's chords.
+typedef struct vt_field_samples {
+  float *along;          // [capacity] distance of the chord's middle from the ray's first point in the root, cell edges
+  float (*inside)[4];    // [capacity] the middle's place within its cell, 0..1 along x, y, z; fourth 0
+  float (*value)[4];     // [capacity] optical depth across an edge, RGB
+  float *log_ratio;      // [capacity] ln R
+} vt_field_samples;
+// Fills along, inside and value for chords that vt_walk_rays found.
+void vt_sample_field(const vt_octree *, int level, const vt_ray *, const vt_chord *, size_t count, vt_field_samples *);
+// Fills log_ratio from `along`. A view whose photograph does not hold the point does not count; 0 where none does.
+void vt_sample_ratios(const vt_octree *, int level, const vt_ray *, const vt_field_view *views, int view_count, size_t count,
+                      vt_field_samples *);
 
 // ==== order ==========================================================================================================
 
@@ -154,6 +190,27 @@ typedef struct vt_tile_frame {
 vt_tile_frame vt_tile_frame_of(const vt_camera *, vt_vec3 cell_centre, double cell_edge, double tile_side,
                                int texel_edge);
 
+// ==== view textures ==================================================================================================
+
+// The opacity texture of one level in the picture plane of one view (METHODS 10): for each pixel of the photograph, reduced
+// to the level's resolution, the factor R by which the cells on that pixel's ray must be denser or thinner for the
+// photograph's matte to be seen. All billboards on the ray share it. Code c stands for
+// ln R = VT_LEAST_LOG_RATIO + VT_LOG_RATIO_STEP * c, that is R = 0.02 .. 50; between pixels' centres codes are interpolated.
+#define VT_LEAST_LOG_RATIO (-3.912023f)
+#define VT_LOG_RATIO_STEP 0.030682533f
+typedef struct vt_view_texture {
+  int width, height;            // of the reduced photograph, pixels
+  int left, top, columns, rows; // the part that is kept; beyond it the nearest pixel of its rim counts
+  uint8_t *codes;               // [rows][columns]; owned
+} vt_view_texture;
+
+typedef struct vt_view_textures {
+  int view_count;         // 0: the level has none
+  int factor;             // by which the photographs are reduced
+  vt_view_texture *views; // [view_count]; owned
+} vt_view_textures;
+void vt_free_view_textures(vt_context *, vt_view_textures *);
+
 // ==== the tree =======================================================================================================
 
 // The noun from which pictures are drawn, raw (texels) or packed (codes and codebooks).
@@ -163,8 +220,12 @@ typedef struct vt_tree {
   float tile_side;                  // side of a tile in projected cell edges, 1..1.8
   int view_count;                   //
   vt_camera *cameras;               // [view_count] the photographs' cameras; owned
-  vt_tiles tiles[VT_MAX_LEVEL + 1]; // by level; view_count 0 where a level has no textures
-  vt_codebook alpha_codebook, colour_codebook; // empty if raw
+  vt_tiles tiles[VT_MAX_LEVEL + 1]; // by level; view_count 0 where a level has no tiles
+  vt_view_textures view_textures[VT_MAX_LEVEL + 1]; // by level, instead of tiles; view_count 0 where it has none
+  vt_codebook alpha_codebook, colour_codebook; // of tiles; empty if raw
+  // A packed tree with view textures: the colours of corners (of cells, where a level has no corners) are all among these
+  // codewords of one sRGB texel each, their optical depths on the ladder of depth codes; empty if raw.
+  vt_codebook field_codebook;
   char *metadata;                   // JSON object: source, options, statistics, "held_out": [names]; never NULL in a
                                     // complete tree; owned
 } vt_tree;
@@ -172,7 +233,8 @@ typedef struct vt_tree {
 bool vt_is_packed(const vt_tree *);
 void vt_free_tiles(vt_context *, vt_tiles *);
 void vt_free_tree(vt_context *, vt_tree *);
-uint64_t vt_texture_bytes(const vt_tree *); // bytes of textures in memory: texels, or codes and codebooks
+bool vt_has_textures(const vt_tree *, int level); // tiles or view textures
+uint64_t vt_texture_bytes(const vt_tree *); // bytes of textures in memory: texels, or codes and codebooks; view textures
 // A deep copy of everything but tiles and codebooks.
 vt_status vt_copy_tree_without_tiles(vt_context *, const vt_tree *, vt_tree *out);
 
@@ -196,6 +258,10 @@ typedef struct vt_view_weights {
 //  each chosen view v that has a tile: texture coordinates of pi_v(X) in the tile's frame, clamped to the centres of the
 //  outer texels, bilinear; weights of views without a tile go to those that have one; no tile at all: nothing is drawn;
 //  chord exponent and blend as above. Colours are composited on sRGB-encoded values.
+// A level with view textures shows instead, at the middle Xm of the ray's chord l in the cell:
+//  s and rgb = the cell's optical depth and colour, interpolated between its corners where the level has them;
+//  ln R = mean, with the views' weights, of ln R_v at pi_v(Xm) over the views in whose photograph Xm falls; without any: 0;
+//  alpha = 1 - exp(-s R l). (The blend is geometric by nature.) Flat: the same with R = 1.
 // Draws a picture of `level` front to back with early termination at transmittance 1e-4, tiled and threaded.
 // out: premultiplied RGBA of the camera's size, caller frees. flat != 0: the cells' own optical depth and colour, no tiles
 // (weights may then be NULL).

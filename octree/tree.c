@@ -5,23 +5,44 @@
 
 #include <string.h>
 
-bool vt_is_packed(const vt_tree *tree) { return tree->alpha_codebook.codeword_count > 0; }
+bool vt_is_packed(const vt_tree *tree) {
+  return tree->alpha_codebook.codeword_count > 0 || tree->field_codebook.codeword_count > 0;
+}
+
+bool vt_has_textures(const vt_tree *tree, int level) {
+  return tree->tiles[level].view_count > 0 || tree->view_textures[level].view_count > 0;
+}
+
+void vt_free_view_textures(vt_context *context, vt_view_textures *textures) {
+  for (int v = 0; v < textures->view_count; v++) vt_free(context, textures->views[v].codes);
+  vt_free(context, textures->views);
+  *textures = (vt_view_textures){0};
+}
 
 void vt_free_tree(vt_context *context, vt_tree *tree) {
   vt_free_octree(context, &tree->octree);
   for (int i = 0; i <= VT_MAX_LEVEL; i++) vt_free_tiles(context, &tree->tiles[i]);
+  for (int i = 0; i <= VT_MAX_LEVEL; i++) vt_free_view_textures(context, &tree->view_textures[i]);
   vt_free(context, tree->cameras);
   vt_free(context, tree->alpha_codebook.codewords);
   vt_free(context, tree->colour_codebook.codewords);
+  vt_free(context, tree->field_codebook.codewords);
   vt_free(context, tree->metadata);
   *tree = (vt_tree){0};
 }
 
 uint64_t vt_texture_bytes(const vt_tree *tree) {
   uint64_t texels = (uint64_t)(tree->texel_edge * tree->texel_edge), tiles = 0;
-  for (int i = 0; i <= VT_MAX_LEVEL; i++) tiles += tree->tiles[i].tile_count;
-  if (!vt_is_packed(tree)) return tiles * texels * 4;
-  return tiles * 4 + texels * ((uint64_t)tree->alpha_codebook.codeword_count +
+  uint64_t view_bytes = 3 * (uint64_t)tree->field_codebook.codeword_count;
+  for (int i = 0; i <= VT_MAX_LEVEL; i++) {
+    tiles += tree->tiles[i].tile_count;
+    for (int v = 0; v < tree->view_textures[i].view_count; v++) {
+      const vt_view_texture *t = &tree->view_textures[i].views[v];
+      view_bytes += (uint64_t)t->columns * (uint64_t)t->rows;
+    }
+  }
+  if (!tree->alpha_codebook.codeword_count) return view_bytes + tiles * texels * 4;
+  return view_bytes + tiles * 4 + texels * ((uint64_t)tree->alpha_codebook.codeword_count +
                                3 * (uint64_t)tree->colour_codebook.codeword_count);
 }
 

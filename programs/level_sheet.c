@@ -14,7 +14,7 @@ vt_status vt_write_level_sheet(vt_session *session, const vt_tree *tree, const v
   vt_context *context = session->context;
   int finest = vt_finest_level(tree), count = 0;
   VT_ASSERT(finest >= 0);
-  for (int l = finest < FIRST_LEVEL ? 0 : FIRST_LEVEL; l <= finest; l++) count += tree->tiles[l].view_count > 0;
+  for (int l = finest < FIRST_LEVEL ? 0 : FIRST_LEVEL; l <= finest; l++) count += vt_has_textures(tree, l);
   double fit = (double)CELL / (camera->width > camera->height ? camera->width : camera->height);
   int width = fit < 1 ? (int)(camera->width * fit) : camera->width;
   int height = fit < 1 ? (int)(camera->height * fit) : camera->height;
@@ -24,7 +24,7 @@ vt_status vt_write_level_sheet(vt_session *session, const vt_tree *tree, const v
   if (!status)
     status = vt_begin_sheet(context, count, 4, width > 1 ? width : 1, height > 1 ? height : 1, background, &sheet);
   for (int l = finest < FIRST_LEVEL ? 0 : FIRST_LEVEL; l <= finest && !status; l++) {
-    if (tree->tiles[l].view_count == 0) continue;
+    if (!vt_has_textures(tree, l)) continue;
     vt_render_desc desc = *given;
     vt_render_report report;
     vt_fimage picture = {0};

@@ -28,7 +28,7 @@ static void change_level(vt_player *player, int step) {
   int finest = vt_finest_level(player->tree), level = player->desc.level;
   if (level < 0) level = player->report.level;
   for (level += step; level >= 0 && level <= finest; level += step)
-    if (player->tree->tiles[level].view_count > 0) {
+    if (vt_has_textures(player->tree, level)) {
       player->desc.level = level;
       return;
     }

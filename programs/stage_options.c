@@ -158,7 +158,7 @@ vt_backend vt_backend_of(const vt_arguments *arguments) {
 
 int vt_finest_level(const vt_tree *tree) {
   for (int level = tree->octree.level_count - 1; level >= 0; level--)
-    if (tree->tiles[level].view_count > 0) return level;
+    if (vt_has_textures(tree, level)) return level;
   return -1;
 }
 
@@ -169,9 +169,9 @@ vt_status vt_check_level(vt_session *session, const vt_tree *tree, const char *n
                    "%s: has no textures to draw; make the tree again with voltree "
                    "reconstruct",
                    name);
-  if (level < 0 || (level <= finest && tree->tiles[level].view_count > 0)) return VT_OK;
+  if (level < 0 || (level <= finest && vt_has_textures(tree, level))) return VT_OK;
   int coarsest = 0;
-  while (tree->tiles[coarsest].view_count == 0) coarsest++;
+  while (!vt_has_textures(tree, coarsest)) coarsest++;
   return vt_fail(session->context, VT_BAD_USAGE,
                  "--level %d: %s has textures on the levels %d to %d; give one of these", level, name, coarsest,
                  finest);

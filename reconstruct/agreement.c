@@ -7,7 +7,7 @@
 // The visibility of a cell is the transmittance before it, averaged over its pixels by chord.
 
 #include "reconstruct/agreement.h"
-#include "reconstruct/fast_exp.h"
+#include "base/fast_exp.h"
 
 #define LEAST_LEFT 0.015f // transmittance below which a matte says no more
 #define LEAST_RATIO 0.02f

@@ -7,7 +7,7 @@
 //   c_k += [sum_r a w_rk (A_r F_r - C_r)] / [sum_r a w_rk A_r].
 
 #include "reconstruct/colour.h"
-#include "reconstruct/fast_exp.h"
+#include "base/fast_exp.h"
 
 typedef struct colour_job {
   const float *s, *colour;

@@ -7,7 +7,7 @@
 // first photograph is nearest. Lines are the same from both ends: 90 degrees is the most.
 
 #include "reconstruct/coverage.h"
-#include "reconstruct/fast_exp.h"
+#include "base/fast_exp.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -23,7 +23,7 @@
 // most some 10^5 terms of float, since the photographs are reduced to a few pixels a cell and taken in subsets.
 
 #include "reconstruct/opacity.h"
-#include "reconstruct/fast_exp.h"
+#include "base/fast_exp.h"
 #include "reconstruct/total_variation.h"
 #include "reconstruct/solid_angle.h"
 

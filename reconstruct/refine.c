@@ -11,7 +11,7 @@
 // Steps by Adam [Kingma & Ba 2015] with (.9, .99); cells without any gradient yet are left alone.
 
 #include "reconstruct/refine.h"
-#include "reconstruct/fast_exp.h"
+#include "base/fast_exp.h"
 
 vt_refine_desc vt_default_refine_desc(void) { return (vt_refine_desc){VT_COOKIE, 4, 48, 0.02f, 0.005f, 0.2f, 30, 0}; }
 

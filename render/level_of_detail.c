@@ -36,11 +36,11 @@ int vt_choose_level(const vt_tree *tree, const vt_camera *camera, double texel_p
   VT_ASSERT(tree->octree.level_count > 0);
   int finest = tree->octree.level_count - 1;
   bool textured = false;
-  for (int i = 0; i <= finest; i++) textured = textured || tree->tiles[i].view_count > 0;
-  while (textured && !tree->tiles[finest].view_count) finest--;
+  for (int i = 0; i <= finest; i++) textured = textured || vt_has_textures(tree, i);
+  while (textured && !vt_has_textures(tree, finest)) finest--;
   double distance = distance_to_tree(&tree->octree, vt_camera_centre(camera)), f = fmax(camera->fx, camera->fy);
   for (int i = 0; i < finest; i++) {
-    if (textured && !tree->tiles[i].view_count) continue;
+    if (textured && !vt_has_textures(tree, i)) continue;
     // In cell edges; a cell without textures is one texel.
     double texel = textured ? (double)tree->tile_side / tree->texel_edge : 1;
     if (texel * vt_cell_edge(&tree->octree, i) * f <= texel_pixels * distance) return i;

@@ -98,7 +98,7 @@ static vt_status choose_level(vt_context *context, const vt_tree *tree, const vt
   if (desc->level < 0) // a flat cell is as coarse as a texel should be
     *level = vt_choose_level(tree, camera,
                              desc->texel_pixels * (desc->flat ? (double)tree->tile_side / tree->texel_edge : 1));
-  if (!desc->flat && !tree->tiles[*level].view_count)
+  if (!desc->flat && !vt_has_textures(tree, *level))
     return vt_fail(context, VT_BAD_USAGE, "level %d: it has no textures; draw it flat or choose another level", *level);
   return VT_OK;
 }

@@ -3,8 +3,8 @@
 //
 // exp(x) = 2^n 2^f with n = round(x log2 e): a degree-6 polynomial for 2^f on [-1/2, 1/2] and n put into the exponent.
 // Every machine and compiler gives the same bits, which the library's expf does not promise. Below -87 it is 0.
-#ifndef VT_RECONSTRUCT_FAST_EXP_H
-#define VT_RECONSTRUCT_FAST_EXP_H
+#ifndef VT_BASE_FAST_EXP_H
+#define VT_BASE_FAST_EXP_H
 
 #include <stdint.h>
 #include <string.h>
@@ -25,6 +25,10 @@ static inline float vt_exp_of_negative(float x) {
   float power;
   memcpy(&power, &bits, sizeof power);
   return p * power;
+}
+
+static inline float vt_exp_of_any(float x) { // |x| < 80
+  return x > 0 ? 1 / vt_exp_of_negative(-x) : vt_exp_of_negative(x);
 }
 
 #endif
