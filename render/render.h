@@ -22,9 +22,6 @@ typedef struct vt_render_desc {
 } vt_render_desc;
 vt_render_desc vt_default_render_desc(void);
 
-// The k views whose directions (from the tree's centre) are closest to the eye's, weights (1/angle)(1 - angle/angle of
-// view k+1), normalised: they fall to zero where the choice changes. (Unstructured Lumigraph, Buehler 2001.)
-vt_view_weights vt_choose_views(const vt_tree *, vt_vec3 eye, int k);
 // The coarsest level with textures whose texels are at most texel_pixels at the distance of the tree's nearest point;
 // the finest where none is fine enough. [LRMDM06 3.3]
 int vt_choose_level(const vt_tree *, const vt_camera *, double texel_pixels);

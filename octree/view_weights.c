@@ -9,20 +9,21 @@
 // which is sometimes used, a view enters with 5 % at once, and with much more where all angles are similar.
 // Angles come from atan2, for acos has no digits near 0. Equal angles go to the smaller index.
 
-#include "render/render.h"
+#include "octree/octree.h"
 
 #define BORDER (1 + 1e-6)
 #define SAME_DIRECTION 1e-12 // radians
 
 static double angle_between(vt_vec3 a, vt_vec3 b) { return atan2(vt_length(vt_cross(a, b)), vt_dot(a, b)); }
 
-// The `wanted` smallest angles, ascending, with their views; returns how many there are.
-static int find_closest(const vt_tree *tree, vt_vec3 eye, int wanted, int *view, double *angle) {
+// The `wanted` smallest angles, ascending, with their views but one; returns how many there are.
+static int find_closest(const vt_tree *tree, vt_vec3 eye, int wanted, int left_out, int *view, double *angle) {
   double half = 0.5 * tree->octree.edge;
   vt_vec3 centre = vt_add(tree->octree.origin, vt_v3(half, half, half));
   vt_vec3 direction = vt_normalise(vt_sub(eye, centre));
   int count = 0;
   for (int v = 0; v < tree->view_count; v++) {
+    if (v == left_out) continue;
     vt_vec3 camera = vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[v]), centre));
     double t = angle_between(direction, camera);
     int place = count < wanted ? count++ : wanted;
@@ -39,11 +40,13 @@ static int find_closest(const vt_tree *tree, vt_vec3 eye, int wanted, int *view,
   return count;
 }
 
-vt_view_weights vt_choose_views(const vt_tree *tree, vt_vec3 eye, int k) {
+vt_view_weights vt_choose_views(const vt_tree *tree, vt_vec3 eye, int k) { return vt_choose_views_but(tree, eye, k, -1); }
+
+vt_view_weights vt_choose_views_but(const vt_tree *tree, vt_vec3 eye, int k, int left_out) {
   VT_ASSERT(k >= 1 && k <= VT_MAX_BLEND_VIEWS);
   int view[VT_MAX_BLEND_VIEWS + 1];
   double angle[VT_MAX_BLEND_VIEWS + 1], weight[VT_MAX_BLEND_VIEWS], sum = 0;
-  int found = find_closest(tree, eye, k + 1, view, angle);
+  int found = find_closest(tree, eye, k + 1, left_out, view, angle);
   vt_view_weights out = {.count = found < k ? found : k};
   if (found && angle[0] < SAME_DIRECTION) {
     out = (vt_view_weights){.count = 1, .view = {view[0]}, .weight = {1}};

@@ -1,0 +1,221 @@
+// fit.c - the field of a level, opacity and colour together, improved through the compositor
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Alpha alone leaves fog where mattes saturate: inside a dense crown every arrangement of leaves is as good as another.
+// Colour tells them apart. Per ray, with depths d_k = s_k R_k l_k of its chords, w_k = T_k (1 - exp(-d_k)), C = sum w_k c_k,
+// A = 1 - T_end and the photograph's premultiplied (C*, A*), the loss looks at the picture over black and over white alike
+// (METHODS 9):
+//   1/2 |e_C|^2 + 1/2 |e_C - e_A|^2 + 1/2 e_A^2,       e_C = C - C*, e_A = A - A*
+//   g_C = 2 e_C - e_A (per channel),  g_A = e_A - sum_c (e_C - e_A)
+//   dL/dc_k = w_k g_C
+//   dL/dd_k = T_{k+1} c_k.g_C - sum_{j>k} w_j c_j.g_C + g_A T_end
+// s_k and c_k are interpolated between eight corners, which take the gradient by the same shares.
+//
+// Left out: what a tree is for is a picture between its photographs, where the view textures R of the nearest ones stand
+// in for what the cells are too coarse for. So in the second half each photograph is predicted from the textures of the
+// others nearest to it, and the field learns what makes that prediction right. The textures follow from the field; they are
+// made anew before each epoch and held still within it.
+//
+// Steps by Adam [Kingma & Ba 2015] with (.9, .99); corners without any gradient yet are left alone.
+
+#include "reconstruct/fit.h"
+#include "base/fast_exp.h"
+#include <stdlib.h>
+#include "reconstruct/view_textures.h"
+
+vt_fit_desc vt_default_fit_desc(void) {
+  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 2, .batch_count = 48, .opacity_step = 0.05f, .colour_step = 0.02f,
+                       .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 0};
+}
+
+float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float target[4], float (*gradient)[4]) {
+  float shown[3] = {0, 0, 0}, t = 1;
+  for (size_t k = 0; k < count; k++) { // gradient[k] holds w_k and T_{k+1} for the way back
+    float left = t * vt_exp_of_negative(-depth[k]), w = t - left;
+    for (int c = 0; c < 3; c++) shown[c] += w * value[k][c + 1];
+    gradient[k][0] = w;
+    gradient[k][1] = left;
+    t = left;
+  }
+  float error_a = 1 - t - target[3], g[3], g_a = error_a, loss = 0.5f * error_a * error_a;
+  for (int c = 0; c < 3; c++) {
+    float e = shown[c] - target[c], e_white = e - error_a;
+    g[c] = e + e_white;
+    g_a -= e_white;
+    loss += 0.5f * (e * e + e_white * e_white);
+  }
+  float behind = 0; // sum over cells behind of w_j c_j.g_C
+  for (size_t k = count; k-- > 0;) {
+    float w = gradient[k][0], left = gradient[k][1];
+    float cg = value[k][1] * g[0] + value[k][2] * g[1] + value[k][3] * g[2];
+    gradient[k][0] = left * cg - behind + g_a * t;
+    for (int i = 0; i < 3; i++) gradient[k][i + 1] = w * g[i];
+    behind += w * cg;
+  }
+  return loss;
+}
+
+typedef float float4 __attribute__((vector_size(16), aligned(4)));
+
+typedef struct fit_job {
+  const vt_fit_desc *desc;
+  const vt_rays *rays;
+  const vt_tree *tree;
+  const vt_level *cells;
+  const vt_view_textures *textures; // NULL: bare
+  vt_field_view (*views)[VT_MAX_BLEND_VIEWS]; // [photographs] the others that predict it
+  int *view_count;                  // [photographs]
+  float *sums;                      // [VT_LANES][corners][4]
+  float *along, *log_ratio, *depth; // [VT_LANES][capacity]
+  float (*inside)[4], (*value)[4], (*gradient)[4];
+  size_t capacity;
+  int part, parts;
+  double loss[VT_LANES];
+} fit_job;
+
+// What a chord wants of its cell, to the cell's corners.
+static void scatter(const vt_level *cells, const vt_chord *chords, size_t count, float (*inside)[4], float (*gradient)[4],
+                    float *sums) {
+  for (size_t k = 0; k < count; k++) {
+    const uint32_t *corner = cells->corner_of + 8 * (size_t)chords[k].cell;
+    float4 g = *(const float4 *)(const void *)gradient[k];
+    float x = inside[k][0], y = inside[k][1], z = inside[k][2];
+    for (int i = 0; i < 8; i++) {
+      float share = (i & 1 ? x : 1 - x) * (i & 2 ? y : 1 - y) * (i & 4 ? z : 1 - z);
+      float4 *sum = (float4 *)(void *)(sums + 4 * (size_t)corner[i]);
+      *sum += g * share;
+    }
+  }
+}
+
+static void visit(void *user, const vt_swept_ray *ray) {
+  fit_job *job = user;
+  if ((ray->x + ray->y) % job->parts != job->part) return;
+  size_t first = job->capacity * (size_t)ray->lane, count = ray->chord_count;
+  vt_field_samples samples = {job->along + first, job->inside + first, job->value + first, job->log_ratio + first};
+  float *depth = job->depth + first, (*gradient)[4] = job->gradient + first;
+  vt_ray world = vt_camera_ray(&job->rays->views->cameras[ray->view], ray->x + 0.5, ray->y + 0.5);
+  vt_sample_field(job->rays->octree, job->rays->level, &world, ray->chords, count, &samples);
+  if (job->textures)
+    vt_sample_ratios(job->rays->octree, job->rays->level, &world, job->views[ray->view], job->view_count[ray->view], count,
+                     &samples);
+  for (size_t k = 0; k < count; k++) {
+    float factor = ray->chords[k].length * (job->textures ? vt_exp_of_any(samples.log_ratio[k]) : 1);
+    samples.log_ratio[k] = factor;
+    depth[k] = samples.value[k][0] * factor;
+  }
+  float a = (float)ray->pixel[3] / 255.0f, target[4] = {0, 0, 0, a};
+  for (int c = 0; c < 3; c++) target[c] = a * (float)ray->pixel[c] / 255.0f;
+  job->loss[ray->lane] += (double)vt_ray_gradient(depth, samples.value, count, target, gradient);
+  for (size_t k = 0; k < count; k++) gradient[k][0] *= samples.log_ratio[k];
+  scatter(job->cells, ray->chords, count, samples.inside, gradient, job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane);
+}
+
+typedef struct adam_job {
+  float *values, *lanes;
+  size_t corners;
+  float (*first)[4], (*second)[4]; // moments [corners][4]
+  float bias_first, bias_second, opacity_step, colour_step, largest;
+} adam_job;
+
+static void step_some(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  adam_job *job = user;
+  for (size_t corner = begin; corner < end; corner++) {
+    float g[4] = {0, 0, 0, 0};
+    for (size_t lane = 0; lane < VT_LANES; lane++) {
+      float *from = job->lanes + 4 * (lane * job->corners + corner);
+      for (int i = 0; i < 4; i++) g[i] += from[i], from[i] = 0;
+    }
+    for (int i = 0; i < 4; i++) {
+      float *m = &job->first[corner][i], *v = &job->second[corner][i], *x = &job->values[4 * corner + (size_t)i];
+      *m = 0.9f * *m + 0.1f * g[i];
+      *v = 0.99f * *v + 0.01f * g[i] * g[i];
+      if (!(*v > 1e-20f)) continue;
+      float move = *m * job->bias_first / (sqrtf(*v * job->bias_second) + 1e-8f);
+      float moved = *x - (i ? job->colour_step : job->opacity_step) * move, top = i ? 1 : job->largest;
+      *x = moved < 0 ? 0 : moved > top ? top : moved;
+    }
+  }
+}
+
+// The textures of this moment, and for each photograph the others that stand in for it.
+static vt_status renew_textures(vt_context *context, fit_job *job, vt_view_textures *textures) {
+  vt_free_view_textures(context, textures);
+  vt_status status = vt_make_view_textures(context, job->rays, job->desc->ratio_limit, textures);
+  if (status) return status;
+  job->textures = textures;
+  for (int v = 0; v < job->tree->view_count; v++) {
+    vt_view_weights w = vt_choose_views_but(job->tree, vt_camera_centre(&job->tree->cameras[v]), job->desc->neighbours, v);
+    job->view_count[v] = w.count;
+    for (int i = 0; i < w.count; i++)
+      job->views[v][i] = vt_aim_field_view(job->rays->octree, job->rays->level, &job->tree->cameras[w.view[i]], textures->factor,
+                                           &textures->views[w.view[i]], w.weight[i]);
+  }
+  return VT_OK;
+}
+
+static vt_status run_epochs(vt_context *context, const vt_rays *rays, fit_job *job, adam_job *adam, vt_view_textures *textures,
+                            int *chosen) {
+  const vt_fit_desc *desc = job->desc;
+  int views = rays->views->count, batches = desc->batch_count < views ? desc->batch_count : views, step = 0;
+  int jump = batches > 4 && batches % 7 ? 7 : 1; // views that follow each other in the list are often neighbours
+  double power_first = 1, power_second = 1;
+  vt_status status = VT_OK;
+  for (int epoch = 0; epoch < desc->epochs && !status; epoch++) {
+    if (desc->deadline > 0 && vt_seconds() > desc->deadline) break;
+    if (desc->neighbours) status = renew_textures(context, job, textures);
+    for (int lane = 0; lane < VT_LANES; lane++) job->loss[lane] = 0;
+    job->parts = getenv("PARTS") ? atoi(getenv("PARTS")) : 1;
+    for (int part = 0; part < job->parts; part++)
+    for (int batch = 0; batch < batches && !status; batch++, step++) {
+      job->part = part;
+      int count = 0;
+      for (int v = batch * jump % batches; v < views; v += batches) chosen[count++] = v;
+      status = vt_sweep_rays(context, rays, chosen, count, visit, job);
+      power_first *= 0.9;
+      power_second *= 0.99;
+      float decay = powf(desc->last_step_share, (float)step / (float)(job->parts * batches * desc->epochs));
+      adam->opacity_step = desc->opacity_step * decay;
+      adam->colour_step = desc->colour_step * decay;
+      adam->bias_first = (float)(1 / (1 - power_first));
+      adam->bias_second = (float)(1 / (1 - power_second));
+      if (!status) status = vt_parallel(context, adam->corners, 4096, step_some, adam);
+      vt_progress(context, "fit", (step + 1.0) / (batches * desc->epochs));
+    }
+    double loss = 0;
+    for (int lane = 0; lane < VT_LANES; lane++) loss += job->loss[lane];
+    vt_log(context, VT_LOG_VERBOSE, "level %d, fit epoch %d: loss %.1f", rays->level, epoch, loss);
+  }
+  return status;
+}
+
+vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree, vt_level *cells) {
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1);
+  VT_ASSERT(desc->neighbours >= 0 && desc->neighbours <= VT_MAX_BLEND_VIEWS && tree->view_count == rays->views->count);
+  size_t corners = cells->corner_count, max = vt_max_segments(cells), views = (size_t)rays->views->count;
+  if (!corners || !desc->epochs) return VT_OK;
+  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max};
+  job.sums = VT_NEW(context, float, 4 * corners * VT_LANES);
+  job.along = VT_NEW(context, float, max * VT_LANES);
+  job.log_ratio = VT_NEW(context, float, max * VT_LANES);
+  job.depth = VT_NEW(context, float, max * VT_LANES);
+  job.inside = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
+  job.value = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
+  job.gradient = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
+  job.views = vt_alloc(context, views, sizeof *job.views);
+  job.view_count = VT_NEW(context, int, views);
+  adam_job adam = {.values = cells->corner_values, .lanes = job.sums, .corners = corners, .largest = desc->largest,
+                   .first = vt_alloc(context, corners, sizeof(float[4])), .second = vt_alloc(context, corners, sizeof(float[4]))};
+  int *chosen = VT_NEW(context, int, views);
+  vt_view_textures textures = {0};
+  vt_status status = VT_OUT_OF_MEMORY;
+  if (job.sums && job.along && job.log_ratio && job.depth && job.inside && job.value && job.gradient && job.views &&
+      job.view_count && adam.first && adam.second && chosen)
+    status = run_epochs(context, rays, &job, &adam, &textures, chosen);
+  vt_free_view_textures(context, &textures);
+  void *blocks[] = {chosen, adam.second, adam.first, job.view_count, job.views, job.gradient, job.value, job.inside, job.depth,
+                    job.log_ratio, job.along, job.sums};
+  for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(context, blocks[i]);
+  return status;
+}

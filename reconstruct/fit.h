@@ -1,0 +1,40 @@
+// fit.h - the field of a level, opacity and colour together, improved through the compositor
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef VT_RECONSTRUCT_FIT_H
+#define VT_RECONSTRUCT_FIT_H
+
+#include "octree/octree.h"
+#include "reconstruct/sweep.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct vt_fit_desc {
+  uint32_t cookie;
+  int epochs;            // sweeps over all photographs, >= 0
+  int batch_count;       // steps per epoch, about; at least one photograph a step
+  float opacity_step;    // of Adam, in optical depth per edge, first epoch
+  float colour_step;     // of Adam, in sRGB 0..1, first epoch
+  float last_step_share; // both steps fall to this share until the end
+  float largest;         // bound of the optical depth across a cell's edge
+  float ratio_limit;     // largest factor by which a matte may thicken the cells on its ray, >= 1
+  int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many
+                         // others, 1..VT_MAX_BLEND_VIEWS (leave-one-out)
+  double deadline;       // vt_seconds() after which no further epoch begins; 0: none
+} vt_fit_desc;
+vt_fit_desc vt_default_fit_desc(void);
+
+// Improves the corner values of the level that the rays were collected on (it must have corners). tree->cameras are the
+// full-size cameras of the same views. VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_fit_field(vt_context *, const vt_fit_desc *, const vt_rays *, const vt_tree *, vt_level *cells);
+
+// What a ray's cells are and how they should change: for each chord depth[k] (optical depth of the chord itself) and colour
+// value[k][1..3]. gradient: [count][4], of the loss by depth and by colour RGB. Returns the loss.
+float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float premultiplied_rgba[4],
+                      float (*gradient)[4]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
