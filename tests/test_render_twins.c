@@ -149,7 +149,7 @@ static void compare_field_tree(vt_context *context, vt_tree *tree, int level, in
   assert_int_equal(vt_create_renderer(context, tree, VT_BACKEND_CPU, &cpu), VT_OK);
   vt_render_desc desc = vt_default_render_desc();
   desc.level = level;
-  for (int k = 1; k <= most_views; k++) {
+  for (int k = 1; k <= most_views; k += k < 4 ? 1 : 4) {
     desc.blend_views = k;
     compare(context, cpu, gl, &desc, 0.05);
   }
@@ -181,7 +181,7 @@ static void views_that_see_little_look_the_same(void **state) {
     scene_add_textures(context, &tree, 4, 1, 42);
     vt_rng rng = vt_seed_rng(43, 1);
     scene_cut_textures(&tree, 4, &rng);
-    compare_field_tree(context, &tree, 4, 8);
+    compare_field_tree(context, &tree, 4, field ? 8 : 2);
     vt_free_tree(context, &tree);
     vt_destroy_context(context);
   }
