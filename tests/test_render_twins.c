@@ -187,6 +187,24 @@ static void views_that_see_little_look_the_same(void **state) {
   }
 }
 
+// 27 MB of codes: more than a layer of the driver's arrays holds, and views begin anywhere within one.
+static void large_view_textures_look_the_same(void **state) {
+  (void)state;
+  vt_context *context = scene_context(2);
+  vt_tree tree = scene_field_tree(context, 4, 0.35, 5, 45, true, false);
+  for (int v = 0; v < 5; v++) {
+    vt_camera *camera = &tree.cameras[v];
+    const double scale = 16;
+    camera->fx *= scale, camera->fy *= scale, camera->cx *= scale, camera->cy *= scale;
+    camera->width = 2561, camera->height = 2099; // odd rows
+  }
+  scene_add_textures(context, &tree, 4, 1, 46);
+  assert_true(vt_texture_bytes(&tree) > 26000000);
+  compare_field_tree(context, &tree, 4, 2);
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
 static void scaled_and_shifted_fields_look_the_same(void **state) {
   (void)state;
   vt_context *context = scene_context(2);
@@ -290,6 +308,7 @@ int main(void) {
       cmocka_unit_test(scaled_and_shifted_scenes_look_the_same),
       cmocka_unit_test(fields_and_view_textures_look_the_same),
       cmocka_unit_test(views_that_see_little_look_the_same),
+      cmocka_unit_test(large_view_textures_look_the_same),
       cmocka_unit_test(scaled_and_shifted_fields_look_the_same),
       cmocka_unit_test(two_renderers_do_not_disturb_each_other),
       cmocka_unit_test(renderers_say_what_is_wrong),
