@@ -118,7 +118,7 @@ vt_walk_path vt_best_walk_path(void); // the fastest that this machine has; thos
 
 // The same walk for up to VT_PACKET_RAYS rays at once, best those of neighbouring pixels: ray i's chords, front to back,
 // are written from out + i * capacity on, and their number to chord_count[i]. capacity >= vt_max_segments; what lies behind a
-// ray's chords in its part of `out` may be overwritten. Pieces below 1e-6 edges are joined to the next cell. Rays with NaN or
+// ray's chords in its part of `out` may be overwritten, no more. Pieces below 1e-6 edges are joined to the next cell. Rays with NaN or
 // infinity meet nothing.
 #define VT_PACKET_RAYS 16
 void vt_walk_rays(const vt_octree *, int level, vt_walk_path, const vt_ray *rays, int count, vt_chord *out, size_t capacity,

@@ -145,7 +145,8 @@ VT_LANE_TARGET static void walk_lanes(const vt_walk_grid *grid, const vt_ray_pac
   vt_lane_axis axes[3];
   begin_axes(grid, p, first, axes);
   int32_t begin[VT_LANE_COUNT], last[VT_LANE_COUNT];
-  for (int l = 0; l < VT_LANE_COUNT; l++) begin[l] = (int32_t)((size_t)l * capacity);
+  for (int l = 0; l < VT_LANE_COUNT; l++) // lanes store even what is no chord: those without a ray where no ray gets
+    begin[l] = (int32_t)(p->alive[first + l] ? (size_t)l * capacity : capacity - 1);
   vt_ints at = load_ints(begin);
   vt_reals t = spread_real(0);
   do {

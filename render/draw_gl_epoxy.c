@@ -14,6 +14,7 @@
 
 #include "render/draw_gl.h"
 
+#include "render/draw_gl_data.h"
 #include "render/draw_gl_shaders.h"
 
 #include <epoxy/gl.h> // before EGL, whose headers then leave out the types that this one brings
@@ -23,11 +24,17 @@
 
 #define LAYER_EDGE 2048 // elements; the shaders know it too
 #define MAX_DISPLAYS 16
-#define PROGRAMS (2 * VT_MAX_BLEND_VIEWS + 1)
+
+// How a level is drawn: what a cell is, and where its opacity comes from.
+typedef enum drawing_kind { DRAW_TILES_SUM, DRAW_TILES_GEOMETRIC, DRAW_CONSTANT, DRAW_FIELD, DRAWING_KINDS } drawing_kind;
+
+// Arrays in the memory of the driver, in the order of the shaders' samplers.
+typedef enum level_array { CELLS, TILE_OF, CODES, TEXELS, LOOKS, CORNERS, CORNER_VALUES, RATIOS, LEVEL_ARRAYS } level_array;
+static const char *const sampler_names[] = {"cells", "tile_of", "codes", "texels", "looks", "corners", "corner_values",
+                                            "ratios", "alphas", "colours"}; // the last two belong to all levels
 
 typedef struct level_textures {
-  bool uploaded;
-  GLuint cells, tile_of, codes, texels, looks; // codes if packed, texels if raw, looks when drawn flat; 0: none
+  GLuint arrays[LEVEL_ARRAYS]; // 0: not yet needed, or never
 } level_textures;
 
 struct vt_gl {
@@ -41,7 +48,7 @@ struct vt_gl {
   int largest_picture, layers;   // limits of the driver
   int picture_width, picture_height;
   GLuint vertex_array, list, framebuffer, picture, alphas, colours;
-  GLuint programs[PROGRAMS];     // by blend and number of views; 0: not yet made
+  GLuint programs[DRAWING_KINDS][VT_MAX_BLEND_VIEWS + 1]; // by number of views, none: flat; 0: not yet made
   level_textures levels[VT_MAX_LEVEL + 1];
 };
 
@@ -219,45 +226,27 @@ static GLuint upload_array(vt_context *context, const vt_gl *gl, const char *wha
   return 0;
 }
 
-static vt_status upload_cells(vt_context *context, const vt_gl *gl, const vt_level *level, level_textures *out) {
-  uint16_t(*places)[4] = vt_alloc(context, level->cell_count, sizeof *places);
-  if (!places) return VT_OUT_OF_MEMORY;
-  for (uint32_t i = 0; i < level->cell_count; i++) {
-    places[i][0] = level->x[i];
-    places[i][1] = level->y[i];
-    places[i][2] = level->z[i];
-  }
-  out->cells = upload_array(context, gl, "the cells", GL_RGBA16UI, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT, sizeof *places,
-                            places, level->cell_count);
-  vt_free(context, places);
-  return out->cells ? VT_OK : VT_FAILED;
+// The same for an array of the caller's that is not needed afterwards.
+static vt_status move_array(vt_context *context, const vt_gl *gl, const char *what, GLenum internal, GLenum format,
+                            GLenum type, size_t size, void *data, size_t count, GLuint *out) {
+  if (!data) return VT_OUT_OF_MEMORY;
+  *out = upload_array(context, gl, what, internal, format, type, size, data, count);
+  vt_free(context, data);
+  return *out ? VT_OK : VT_FAILED;
 }
 
-static vt_status upload_looks(vt_context *context, const vt_gl *gl, const vt_level *level, level_textures *out) {
-  float(*looks)[4] = vt_alloc(context, level->cell_count, sizeof *looks);
-  if (!looks) return VT_OUT_OF_MEMORY;
-  for (size_t i = 0; i < level->cell_count; i++) {
-    memcpy(looks[i], level->colour + 3 * i, 3 * sizeof(float));
-    looks[i][3] = level->optical_depth[i];
-  }
-  out->looks = upload_array(context, gl, "the cells' colours", GL_RGBA32F, GL_RGBA, GL_FLOAT, sizeof *looks, looks,
-                            level->cell_count);
-  vt_free(context, looks);
-  return out->looks ? VT_OK : VT_FAILED;
-}
-
-static vt_status upload_tiles(vt_context *context, vt_gl *gl, const vt_tiles *tiles, level_textures *out) {
+static vt_status upload_tiles(vt_context *context, vt_gl *gl, const vt_tiles *tiles, GLuint arrays[LEVEL_ARRAYS]) {
   const vt_tree *tree = gl->tree;
   size_t texels = (size_t)tree->texel_edge * (size_t)tree->texel_edge;
-  out->tile_of = upload_array(context, gl, "the tile numbers", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT,
-                              sizeof *tiles->tile_of, tiles->tile_of, (size_t)tiles->view_count * tiles->cell_count);
-  if (!out->tile_of) return VT_FAILED;
+  arrays[TILE_OF] = upload_array(context, gl, "the tile numbers", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                                 sizeof *tiles->tile_of, tiles->tile_of, (size_t)tiles->view_count * tiles->cell_count);
+  if (!arrays[TILE_OF]) return VT_FAILED;
   if (!vt_is_packed(tree)) {
     if (tiles->tile_count <= UINT32_MAX / texels) // the shaders count texels in 32 bits
-      out->texels = upload_array(context, gl, "the tiles", GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, tiles->texels,
-                                 tiles->tile_count * texels);
+      arrays[TEXELS] = upload_array(context, gl, "the tiles", GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, tiles->texels,
+                                    tiles->tile_count * texels);
     else vt_fail(context, VT_FAILED, "OpenGL (%s): too many tiles; draw a coarser level, or on the CPU", gl->name);
-    return out->texels ? VT_OK : VT_FAILED;
+    return arrays[TEXELS] ? VT_OK : VT_FAILED;
   }
   const vt_codebook *alpha = &tree->alpha_codebook, *colour = &tree->colour_codebook;
   if (!gl->alphas)
@@ -266,34 +255,52 @@ static vt_status upload_tiles(vt_context *context, vt_gl *gl, const vt_tiles *ti
   if (!gl->colours)
     gl->colours = upload_array(context, gl, "the colour codebook", GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE, 3,
                                colour->codewords, (size_t)colour->codeword_count * texels);
-  uint32_t *codes = VT_NEW(context, uint32_t, tiles->tile_count);
-  if (!codes) return VT_OUT_OF_MEMORY;
-  for (uint32_t i = 0; i < tiles->tile_count; i++)
-    codes[i] = (uint32_t)tiles->colour_code[i] << 16 | tiles->alpha_code[i];
-  out->codes = upload_array(context, gl, "the codes", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof *codes, codes,
-                            tiles->tile_count);
-  vt_free(context, codes);
-  return gl->alphas && gl->colours && out->codes ? VT_OK : VT_FAILED;
+  if (!gl->alphas || !gl->colours) return VT_FAILED;
+  return move_array(context, gl, "the codes", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(uint32_t),
+                    vt_gl_tile_codes(context, tiles), tiles->tile_count, &arrays[CODES]);
 }
 
-static void free_level_textures(level_textures *t) {
-  GLuint names[] = {t->cells, t->tile_of, t->codes, t->texels, t->looks};
-  glDeleteTextures((GLsizei)(sizeof names / sizeof names[0]), names); // ignores 0
-  *t = (level_textures){0};
+static vt_status upload_field(vt_context *context, const vt_gl *gl, const vt_level *level, GLuint arrays[LEVEL_ARRAYS]) {
+  arrays[CORNERS] = upload_array(context, gl, "the cells' corners", GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+                                 4 * sizeof *level->corner_of, level->corner_of, 2 * (size_t)level->cell_count);
+  if (arrays[CORNERS])
+    arrays[CORNER_VALUES] = upload_array(context, gl, "the field", GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeof(float),
+                                         level->corner_values, level->corner_count);
+  return arrays[CORNER_VALUES] ? VT_OK : VT_FAILED;
+}
+
+static vt_status upload_ratios(vt_context *context, const vt_gl *gl, const vt_view_textures *textures,
+                               GLuint arrays[LEVEL_ARRAYS]) {
+  size_t count = 0;
+  uint8_t *codes = vt_gl_ratio_codes(context, textures, &count);
+  if (codes && count > UINT32_MAX) { // the shaders count in 32 bits
+    vt_free(context, codes);
+    return vt_fail(context, VT_FAILED, "OpenGL (%s): the views' textures are too large; draw a coarser level, or on the CPU",
+                   gl->name);
+  }
+  return move_array(context, gl, "the views' textures", GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1, codes, count,
+                    &arrays[RATIOS]);
 }
 
 // What drawing this level needs and is not there yet.
-static vt_status upload_level(vt_context *context, vt_gl *gl, int number, bool flat) {
+static vt_status upload_level(vt_context *context, vt_gl *gl, int number, drawing_kind kind, bool flat) {
   const vt_level *level = &gl->tree->octree.levels[number];
-  level_textures *t = &gl->levels[number];
+  GLuint *arrays = gl->levels[number].arrays;
+  bool tiles = kind == DRAW_TILES_SUM || kind == DRAW_TILES_GEOMETRIC;
   vt_status status = VT_OK;
-  if (!t->cells) status = upload_cells(context, gl, level, t);
-  if (!status && flat && !t->looks) status = upload_looks(context, gl, level, t);
-  if (!status && !flat && !t->uploaded) {
-    status = upload_tiles(context, gl, &gl->tree->tiles[number], t);
-    t->uploaded = !status;
-  }
-  if (status) free_level_textures(t);
+  if (!arrays[CELLS])
+    status = move_array(context, gl, "the cells", GL_RGBA16UI, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT, 4 * sizeof(uint16_t),
+                        vt_gl_places(context, level), level->cell_count, &arrays[CELLS]);
+  if (!status && kind == DRAW_CONSTANT && !arrays[LOOKS])
+    status = move_array(context, gl, "the cells' colours", GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeof(float),
+                        vt_gl_looks(context, level), level->cell_count, &arrays[LOOKS]);
+  if (!status && kind == DRAW_FIELD && !arrays[CORNERS]) status = upload_field(context, gl, level, arrays);
+  if (!status && tiles && !arrays[TILE_OF]) status = upload_tiles(context, gl, &gl->tree->tiles[number], arrays);
+  if (!status && !tiles && !flat && !arrays[RATIOS])
+    status = upload_ratios(context, gl, &gl->tree->view_textures[number], arrays);
+  if (!status) return VT_OK;
+  glDeleteTextures(LEVEL_ARRAYS, arrays); // ignores 0
+  memset(arrays, 0, sizeof gl->levels[number].arrays);
   return status;
 }
 
@@ -318,20 +325,20 @@ static GLuint compile(vt_context *context, const vt_gl *gl, GLenum stage, const 
 }
 
 static void assign_samplers(GLuint program) {
-  static const char *const names[] = {"cells", "tile_of", "codes", "texels", "alphas", "colours", "looks"};
   glUseProgram(program);
-  for (int i = 0; i < 7; i++) glUniform1i(glGetUniformLocation(program, names[i]), i); // -1 is ignored
+  for (int i = 0; i < LEVEL_ARRAYS + 2; i++) glUniform1i(glGetUniformLocation(program, sampler_names[i]), i); // -1 is ignored
 }
 
-static vt_status get_program(vt_context *context, vt_gl *gl, int views, vt_blend blend, GLuint *out) {
-  bool geometric = views > 0 && blend == VT_BLEND_GEOMETRIC;
-  GLuint *kept = &gl->programs[views + (geometric ? VT_MAX_BLEND_VIEWS : 0)];
+static vt_status get_program(vt_context *context, vt_gl *gl, int views, drawing_kind kind, GLuint *out) {
+  static const char *const kinds[] = {"#define TILES\n", "#define TILES\n#define GEOMETRIC\n", "", "#define FIELD\n"};
+  GLuint *kept = &gl->programs[kind][views];
   int texels = gl->tree->texel_edge;
   if ((*out = *kept)) return VT_OK;
-  char defines[160];
-  snprintf(defines, sizeof defines, "#define VIEWS %d\n#define TEXELS %d\n%s%s%s", views, texels,
+  char defines[320];
+  snprintf(defines, sizeof defines, "#define VIEWS %d\n#define TEXELS %d\n#define LEAST_LOG_RATIO (%.9g)\n"
+           "#define LOG_RATIO_STEP %.9g\n%s%s%s", views, texels, VT_LEAST_LOG_RATIO, VT_LOG_RATIO_STEP,
            LAYER_EDGE % (texels * texels) ? "" : "#define ONE_ROW\n", vt_is_packed(gl->tree) ? "#define PACKED\n" : "",
-           geometric ? "#define GEOMETRIC\n" : "");
+           kinds[kind]);
   GLuint vertex = compile(context, gl, GL_VERTEX_SHADER, defines, vt_vertex_shader);
   GLuint fragment = vertex ? compile(context, gl, GL_FRAGMENT_SHADER, defines, vt_fragment_shader) : 0;
   GLint good = 0;
@@ -387,40 +394,25 @@ static void set_camera(const vt_gl *gl, GLuint program, int number, const vt_cam
   glUniform1f(at(program, "middle_cell"), 0.5f * (float)octree->levels[number].axis_cells - 0.5f);
 }
 
-// The chosen views: K (R (centre + edge X) + t) / edge, as in octree/composite.c.
 static void set_views(const vt_gl *gl, GLuint program, int number, const vt_view_weights *weights) {
-  const vt_tree *tree = gl->tree;
-  double half = 0.5 * tree->octree.edge, edge = vt_cell_edge(&tree->octree, number);
-  vt_vec3 centre = vt_add(tree->octree.origin, vt_v3(half, half, half));
-  float m[VT_MAX_BLEND_VIEWS][9], b[VT_MAX_BLEND_VIEWS][3], rate[VT_MAX_BLEND_VIEWS];
-  for (int v = 0; v < weights->count; v++) {
-    const vt_camera *camera = &tree->cameras[weights->view[v]];
-    const double *r = camera->rotation.m;
-    vt_vec3 c = vt_scale(vt_to_camera(camera, centre), 1 / edge);
-    for (int i = 0; i < 3; i++) { // column by column, as OpenGL ES wants it
-      m[v][3 * i + 0] = (float)(camera->fx * r[i] + camera->cx * r[6 + i]);
-      m[v][3 * i + 1] = (float)(camera->fy * r[3 + i] + camera->cy * r[6 + i]);
-      m[v][3 * i + 2] = (float)r[6 + i];
-    }
-    b[v][0] = (float)(camera->fx * c.x + camera->cx * c.z);
-    b[v][1] = (float)(camera->fy * c.y + camera->cy * c.z);
-    b[v][2] = (float)c.z;
-    rate[v] = (float)(tree->texel_edge / (tree->tile_side * 0.5 * (camera->fx + camera->fy))); // vt_tile_frame_of
-  }
-  glUniformMatrix3fv(at(program, "view_m"), weights->count, GL_FALSE, m[0]);
-  glUniform3fv(at(program, "view_b"), weights->count, b[0]);
-  glUniform1fv(at(program, "texel_rate"), weights->count, rate);
-  glUniform1fv(at(program, "weight"), weights->count, weights->weight);
-  glUniform1iv(at(program, "view"), weights->count, weights->view);
-  glUniform1ui(at(program, "cell_count"), tree->octree.levels[number].cell_count);
+  vt_gl_views views = vt_aim_gl_views(gl->tree, number, weights);
+  int count = weights->count;
+  glUniformMatrix3fv(at(program, "view_m"), count, GL_FALSE, views.m[0]);
+  glUniform3fv(at(program, "view_b"), count, views.b[0]);
+  glUniform1fv(at(program, "weight"), count, views.weight);
+  glUniform1fv(at(program, "texel_rate"), count, views.texel_rate);
+  glUniform1iv(at(program, "view"), count, weights->view);
+  glUniform1ui(at(program, "cell_count"), gl->tree->octree.levels[number].cell_count);
+  glUniform4fv(at(program, "kept"), count, views.kept[0]);
+  glUniform2fv(at(program, "photograph"), count, views.photograph[0]);
+  glUniform1uiv(at(program, "first_code"), count, views.first_code);
 }
 
 static void bind_textures(const vt_gl *gl, int number) {
-  const level_textures *t = &gl->levels[number];
-  GLuint names[] = {t->cells, t->tile_of, t->codes, t->texels, gl->alphas, gl->colours, t->looks};
-  for (GLuint i = 0; i < 7; i++) {
+  const GLuint shared[] = {gl->alphas, gl->colours};
+  for (GLuint i = 0; i < LEVEL_ARRAYS + 2; i++) {
     glActiveTexture(GL_TEXTURE0 + i);
-    glBindTexture(GL_TEXTURE_2D_ARRAY, names[i]);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, i < LEVEL_ARRAYS ? gl->levels[number].arrays[i] : shared[i - LEVEL_ARRAYS]);
   }
 }
 
@@ -443,25 +435,26 @@ static vt_status size_picture(vt_context *context, vt_gl *gl, int width, int hei
   return VT_OK;
 }
 
-// Two triangles a cell; an index is 4 * cell + corner, and all that the vertex shader is told.
 static vt_status upload_quads(vt_context *context, const vt_gl *gl, const vt_draw_list *list) {
-  uint32_t(*quads)[6] = vt_alloc(context, list->count, sizeof *quads);
+  uint32_t(*quads)[6] = vt_gl_quads(context, list);
   if (!quads) return VT_OUT_OF_MEMORY;
-  for (uint32_t i = 0; i < list->count; i++) {
-    uint32_t first = 4 * list->cells[i];
-    const uint32_t corners[6] = {first, first + 1, first + 2, first + 2, first + 1, first + 3};
-    memcpy(quads[i], corners, sizeof corners);
-  }
   glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(list->count * sizeof *quads), quads, GL_DYNAMIC_DRAW);
   vt_free(context, quads);
   return check_gl(context, gl, "the order of the cells");
 }
 
+static drawing_kind kind_of(const vt_tree *tree, int level, bool flat, vt_blend blend) {
+  if (!flat && tree->tiles[level].view_count)
+    return blend == VT_BLEND_GEOMETRIC ? DRAW_TILES_GEOMETRIC : DRAW_TILES_SUM;
+  return tree->octree.levels[level].corner_count ? DRAW_FIELD : DRAW_CONSTANT;
+}
+
 static vt_status draw(vt_context *context, vt_gl *gl, int number, const vt_view_weights *weights, vt_blend blend,
                       const vt_camera *camera, const vt_draw_list *list, bool upload_list, vt_fimage *out) {
   GLuint program = 0;
-  vt_status status = upload_level(context, gl, number, !weights);
-  if (!status) status = get_program(context, gl, weights ? weights->count : 0, blend, &program);
+  drawing_kind kind = kind_of(gl->tree, number, !weights, blend);
+  vt_status status = upload_level(context, gl, number, kind, !weights);
+  if (!status) status = get_program(context, gl, weights ? weights->count : 0, kind, &program);
   if (!status) status = size_picture(context, gl, camera->width, camera->height);
   if (status) return status;
   if (upload_list && (status = upload_quads(context, gl, list)) != VT_OK) return status;

@@ -5,7 +5,8 @@
 
 // The definition is octree.h's ("compositing"); octree/composite.c says the same in C and explains the formulas. Bodies
 // without #version, valid as OpenGL ES 3.00 and as OpenGL 3.30; the maker puts in front of them
-//   VIEWS      chosen views, 0: flat
+//   VIEWS      chosen views, 0: flat;  TILES  defined if their textures are tiles, else they are view textures
+//   FIELD      defined if a cell is what is interpolated between its corners, else it is constant (no TILES)
 //   TEXELS     texels along a tile's edge; ONE_ROW defined if a tile never straddles two rows of its texture
 //   PACKED     defined if textures are codewords;  GEOMETRIC  defined for VT_BLEND_GEOMETRIC
 // Lengths are cell edges from the root's centre. Linear arrays lie in array textures of 2048 x 2048 elements a layer.
@@ -22,7 +23,7 @@ static const char vt_vertex_shader[] =
     "uniform vec2 focal, principal, size;\n"
     "flat out vec3 centre;\n"
     "uint cell;\n" // an index is 4 * cell + corner
-    "#if VIEWS > 0\n"
+    "#if defined(TILES)\n"
     "uniform usampler2DArray tile_of, codes;\n"
     "uniform uint cell_count;\n"
     "uniform int view[VIEWS];\n"
@@ -42,6 +43,10 @@ static const char vt_vertex_shader[] =
     "  vec2 corner = h.xy / h.z - 0.5 * float(TEXELS) / scale;\n"
     "  board[v] = uvec4(floatBitsToUint(corner), floatBitsToUint(scale), tile);\n"
     "}\n"
+    "#elif defined(FIELD)\n"
+    "uniform usampler2DArray corners;\n" // two elements a cell
+    "uniform sampler2DArray corner_values;\n"
+    "flat out vec4 corner[8];\n"
     "#else\n"
     "uniform sampler2DArray looks;\n"
     "flat out vec4 look;\n"
@@ -64,8 +69,14 @@ static const char vt_vertex_shader[] =
     "  if (!(farthest > nearest) || !(low.x < high.x) || !(low.y < high.y)) return;\n"
     "  gl_Position.x = (gl_VertexID & 1) == 0 ? low.x : high.x;\n"
     "  gl_Position.y = (gl_VertexID & 2) == 0 ? low.y : high.y;\n"
-    "#if VIEWS > 0\n"
+    "#if defined(TILES)\n"
     "  for (int v = 0; v < VIEWS; v++) find_board(v);\n"
+    "#elif defined(FIELD)\n"
+    "  if ((gl_VertexID & 2) == 0) return;\n" // no triangle's last vertex: flat values are not taken from here
+    "  for (uint part = 0u; part < 2u; part++) {\n"
+    "    uvec4 four = texelFetch(corners, place(2u * cell + part), 0);\n"
+    "    for (int i = 0; i < 4; i++) corner[4 * int(part) + i] = texelFetch(corner_values, place(four[i]), 0).gbar;\n"
+    "  }\n"
     "#else\n"
     "  look = texelFetch(looks, place(cell), 0);\n"
     "#endif\n"
@@ -79,6 +90,8 @@ static const char vt_fragment_shader[] =
     "uniform mat3 view_m[VIEWS];\n"
     "uniform vec3 view_b[VIEWS];\n"
     "uniform float weight[VIEWS];\n"
+    "#endif\n"
+    "#if defined(TILES)\n"
     "flat in uvec4 board[VIEWS];\n"
     "#ifdef PACKED\n"
     "uniform sampler2DArray alphas, colours;\n"
@@ -135,7 +148,43 @@ static const char vt_fragment_shader[] =
     "#endif\n"
     "}\n"
     "#else\n"
+    "#if defined(FIELD)\n"
+    "flat in vec4 corner[8];\n"
+    "vec4 look_at(vec3 f) {\n" // f: the place within the cell, 0..1
+    "  vec4 near = mix(mix(corner[0], corner[1], f.x), mix(corner[4], corner[5], f.x), f.z);\n"
+    "  vec4 far = mix(mix(corner[2], corner[3], f.x), mix(corner[6], corner[7], f.x), f.z);\n"
+    "  return mix(near, far, f.y);\n"
+    "}\n"
+    "#else\n"
     "flat in vec4 look;\n"
+    "vec4 look_at(vec3 f) { return look; }\n"
+    "#endif\n"
+    "#if VIEWS > 0\n"
+    "uniform usampler2DArray ratios;\n"
+    "uniform vec4 kept[VIEWS];\n" // centre of the first pixel kept, and from there to that of the last
+    "uniform vec2 photograph[VIEWS];\n" // its size
+    "uniform uint first_code[VIEWS];\n"
+    "float code(uint at) { return float(texelFetch(ratios, place(at), 0).r); }\n"
+    "float log_ratio(vec3 x) {\n"
+    "  float sum = 0.0, weights = 0.0;\n"
+    "  for (int v = 0; v < VIEWS; v++) {\n"
+    "    vec3 h = view_m[v] * x + view_b[v];\n"
+    "    vec2 pixel = h.xy / max(h.z, 1e-6);\n"
+    "    if (!(h.z > 1e-6 && weight[v] > 0.0)) continue;\n"
+    "    if (any(lessThan(pixel, vec2(0))) || any(greaterThan(pixel, photograph[v]))) continue;\n"
+    "    vec2 p = clamp(pixel - kept[v].xy, vec2(0), kept[v].zw);\n"
+    "    uvec2 first = uvec2(p), last = min(first + 1u, uvec2(kept[v].zw));\n"
+    "    vec2 f = p - vec2(first);\n"
+    "    uint columns = uint(kept[v].z) + 1u, row = first_code[v] + first.y * columns, below = first_code[v] + last.y * columns;\n"
+    "    float above = mix(code(row + first.x), code(row + last.x), f.x);\n"
+    "    sum += weight[v] * mix(above, mix(code(below + first.x), code(below + last.x), f.x), f.y);\n"
+    "    weights += weight[v];\n"
+    "  }\n"
+    "  return weights > 0.0 ? LEAST_LOG_RATIO + LOG_RATIO_STEP * (sum / weights) : 0.0;\n"
+    "}\n"
+    "#else\n"
+    "float log_ratio(vec3 x) { return 0.0; }\n"
+    "#endif\n"
     "#endif\n"
     "void main() {\n"
     "  vec2 q = gl_FragCoord.xy * lens.xy + lens.zw;\n"
@@ -144,13 +193,15 @@ static const char vt_fragment_shader[] =
     "  vec3 x = foot + plane * forward + z * aside, from = x - centre;\n"
     "  vec3 safe = mix(d, vec3(1e-9), lessThan(abs(d), vec3(1e-9)));\n"
     "  vec3 t0 = (-0.5 - from) / safe, t1 = (0.5 - from) / safe, enter = min(t0, t1), leave = max(t0, t1);\n"
-    "  float chord = min(min(leave.x, leave.y), leave.z) - max(max(enter.x, enter.y), max(enter.z, -z));\n"
-    "  chord *= length(d);\n"
+    "  float near = max(max(enter.x, enter.y), max(enter.z, -z)), far = min(min(leave.x, leave.y), leave.z);\n"
+    "  float chord = (far - near) * length(d);\n"
     "  if (!(chord > 1e-5)) discard;\n"
-    "#if VIEWS > 0\n"
+    "#if defined(TILES)\n"
     "  colour = shown(x, chord);\n"
     "#else\n"
-    "  colour = (1.0 - exp(-look.a * chord)) * vec4(look.rgb, 1.0);\n"
+    "  vec3 middle = from + 0.5 * (near + far) * d;\n" // from the cell's centre
+    "  vec4 seen = look_at(clamp(middle + 0.5, 0.0, 1.0));\n"
+    "  colour = (1.0 - exp(-seen.a * exp(log_ratio(centre + middle)) * chord)) * vec4(seen.rgb, 1.0);\n"
     "#endif\n"
     "}\n";
 

@@ -16,18 +16,37 @@ void vt_free_draw_list(vt_context *context, vt_draw_list *list) {
 
 static int clamp_cell(double e, int n) { return e < 0 ? -1 : e >= n ? n : (int)e; }
 
-static bool shows_something(const vt_level *level, const vt_tiles *tiles, const vt_view_weights *weights, uint32_t i) {
-  if (!weights) return level->optical_depth[i] > 0;
-  for (int v = 0; v < weights->count; v++)
-    if (tiles->tile_of[(size_t)weights->view[v] * tiles->cell_count + i] != VT_NO_TILE) return true;
+// Whether a cell has opacity anywhere, be it only a corner's.
+static bool has_opacity(const vt_level *level, uint32_t cell) {
+  if (!level->corner_count) return level->optical_depth[cell] > 0;
+  for (size_t i = 0; i < 8; i++)
+    if (level->corner_values[4 * (size_t)level->corner_of[8 * (size_t)cell + i]] > 0) return true;
   return false;
 }
 
-uint32_t vt_count_billboards(const vt_tree *tree, int number, const vt_view_weights *weights) {
+static bool has_tile(const vt_tiles *tiles, const vt_view_weights *weights, uint32_t cell) {
+  for (int v = 0; v < weights->count; v++)
+    if (tiles->tile_of[(size_t)weights->view[v] * tiles->cell_count + cell] != VT_NO_TILE) return true;
+  return false;
+}
+
+typedef enum what_shows { NOTHING, OPACITY, TILES } what_shows;
+
+static what_shows what_is_drawn(const vt_tree *tree, int level, const vt_view_weights *weights) {
+  if (!weights) return OPACITY;
+  if (!weights->count || !vt_has_textures(tree, level)) return NOTHING;
+  return tree->tiles[level].view_count ? TILES : OPACITY; // a ratio is never 0
+}
+
+static bool shows(const vt_tree *tree, int level, what_shows what, const vt_view_weights *weights, uint32_t cell) {
+  return what == TILES ? has_tile(&tree->tiles[level], weights, cell)
+                       : what == OPACITY && has_opacity(&tree->octree.levels[level], cell);
+}
+
+uint32_t vt_count_billboards(const vt_tree *tree, int level, const vt_view_weights *weights) {
   uint32_t count = 0;
-  if (weights && !tree->tiles[number].view_count) return 0;
-  for (uint32_t i = 0; i < tree->octree.levels[number].cell_count; i++)
-    count += shows_something(&tree->octree.levels[number], &tree->tiles[number], weights, i);
+  what_shows what = what_is_drawn(tree, level, weights);
+  for (uint32_t i = 0; i < tree->octree.levels[level].cell_count; i++) count += shows(tree, level, what, weights, i);
   return count;
 }
 
@@ -50,23 +69,22 @@ static vt_status sort_cells(vt_context *context, const vt_tree *tree, int level,
 vt_status vt_update_draw_list(vt_context *context, const vt_tree *tree, int number, const vt_view_weights *weights,
                               vt_vec3 eye, vt_draw_list *list, bool *changed) {
   const vt_level *level = &tree->octree.levels[number];
-  const vt_tiles *tiles = &tree->tiles[number];
+  what_shows what = what_is_drawn(tree, number, weights);
   vt_vec3 e = vt_scale(vt_sub(eye, tree->octree.origin), 1 / vt_cell_edge(&tree->octree, number));
   int n = level->axis_cells, eye_cell[3] = {clamp_cell(e.x, n), clamp_cell(e.y, n), clamp_cell(e.z, n)};
-  int view_count = weights ? weights->count : 0;
+  int view_count = what == TILES ? weights->count : what == OPACITY ? 0 : -1; // only tiles depend on the views
   bool same_order = list->order && list->level == number && !memcmp(list->eye, eye_cell, sizeof eye_cell);
   *changed = !same_order || list->view_count != view_count ||
-             (weights && memcmp(list->view, weights->view, (size_t)view_count * sizeof *list->view));
+             (what == TILES && memcmp(list->view, weights->view, (size_t)view_count * sizeof *list->view));
   if (!*changed) return VT_OK;
   if (!same_order) {
     vt_status status = sort_cells(context, tree, number, eye, eye_cell, list);
     if (status) return status;
   }
   list->view_count = view_count;
-  if (weights) memcpy(list->view, weights->view, sizeof list->view);
+  if (what == TILES) memcpy(list->view, weights->view, sizeof list->view);
   list->count = 0;
-  if (weights && !tiles->view_count) return VT_OK;
   for (uint32_t i = 0; i < level->cell_count; i++)
-    if (shows_something(level, tiles, weights, list->order[i])) list->cells[list->count++] = list->order[i];
+    if (shows(tree, number, what, weights, list->order[i])) list->cells[list->count++] = list->order[i];
   return VT_OK;
 }

@@ -1,12 +1,13 @@
 // level_of_detail.c - the level a camera needs
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A texel of level l covers tile_side * edge_l / texel_edge of the world, at distance d that times f / d pixels. The
-// distance planes of [LRMDM06, 3.3] with the distance measured along the ray instead of along the view's axis, so that
+// A texel of level l covers tile_side * edge_l / texel_edge of the world (of a tile; photographs are reduced so that view
+// textures have texel_edge texels a cell), at distance d that times f / d pixels. Where no textures are drawn a cell is one
+// texel. The distance planes of [LRMDM06, 3.3] with the distance measured along the ray instead of along the view's axis, so that
 // turning the head changes nothing. The nearest point of the tree is looked for on a coarse level, whose few cells
 // hold all finer ones: the root cube alone is a third air.
 
-#include "render/render.h"
+#include "render/level_of_detail.h"
 
 #define SEARCH_LEVEL 3 // at most 512 cells
 
@@ -32,7 +33,12 @@ static double distance_to_tree(const vt_octree *octree, vt_vec3 eye) {
   return sqrt(nearest) * edge;
 }
 
-int vt_choose_level(const vt_tree *tree, const vt_camera *camera, double texel_pixels) {
+// In cell edges.
+static double texel_of(const vt_tree *tree, int level) {
+  return (tree->tiles[level].view_count ? (double)tree->tile_side : 1) / tree->texel_edge;
+}
+
+int vt_choose_level_for(const vt_tree *tree, const vt_camera *camera, double texel_pixels, bool flat) {
   VT_ASSERT(tree->octree.level_count > 0);
   int finest = tree->octree.level_count - 1;
   bool textured = false;
@@ -41,9 +47,12 @@ int vt_choose_level(const vt_tree *tree, const vt_camera *camera, double texel_p
   double distance = distance_to_tree(&tree->octree, vt_camera_centre(camera)), f = fmax(camera->fx, camera->fy);
   for (int i = 0; i < finest; i++) {
     if (textured && !vt_has_textures(tree, i)) continue;
-    // In cell edges; a cell without textures is one texel.
-    double texel = textured ? (double)tree->tile_side / tree->texel_edge : 1;
+    double texel = textured && !flat ? texel_of(tree, i) : 1;
     if (texel * vt_cell_edge(&tree->octree, i) * f <= texel_pixels * distance) return i;
   }
   return finest;
+}
+
+int vt_choose_level(const vt_tree *tree, const vt_camera *camera, double texel_pixels) {
+  return vt_choose_level_for(tree, camera, texel_pixels, false);
 }

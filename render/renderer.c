@@ -4,6 +4,7 @@
 #include "render/render.h"
 
 #include "render/draw_gl.h"
+#include "render/level_of_detail.h"
 
 #include <string.h>
 
@@ -95,9 +96,7 @@ static vt_status choose_level(vt_context *context, const vt_tree *tree, const vt
   if (desc->level >= tree->octree.level_count)
     return vt_fail(context, VT_BAD_USAGE, "level %d: the tree has levels 0 to %d; choose one of them", desc->level,
                    tree->octree.level_count - 1);
-  if (desc->level < 0) // a flat cell is as coarse as a texel should be
-    *level = vt_choose_level(tree, camera,
-                             desc->texel_pixels * (desc->flat ? (double)tree->tile_side / tree->texel_edge : 1));
+  if (desc->level < 0) *level = vt_choose_level_for(tree, camera, desc->texel_pixels, desc->flat);
   if (!desc->flat && !vt_has_textures(tree, *level))
     return vt_fail(context, VT_BAD_USAGE, "level %d: it has no textures; draw it flat or choose another level", *level);
   return VT_OK;

@@ -327,6 +327,28 @@ static void chords_of_millions_of_rays_sum_to_the_clipped_length(void **state) {
   vt_destroy_context(context);
 }
 
+// Lanes without a ray store too: nothing but the rays' own parts of the room may change.
+static void packets_that_are_not_full_write_only_to_their_rays(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  walk_test t = begin_walks(context, 2, 5, 3000, 4);
+  vt_rng rng = vt_seed_rng(8, 1);
+  size_t all = VT_PACKET_RAYS * t.capacity, met = 0;
+  for (int path = 0; path <= (int)vt_best_walk_path(); path++)
+    for (int count = 0; count <= VT_PACKET_RAYS; count++) {
+      vt_ray rays[VT_PACKET_RAYS];
+      uint32_t chord_count[VT_PACKET_RAYS];
+      for (int r = 0; r < count; r++) rays[r] = make_ray(&rng, &t.o, t.level, (ray_kind)((count + r) % KINDS));
+      memset(t.chords, 0x5a, all * sizeof *t.chords);
+      vt_walk_rays(&t.o, t.level, (vt_walk_path)path, rays, count, t.chords, t.capacity, chord_count);
+      for (size_t i = (size_t)count * t.capacity; i < all; i++) assert_int_equal(t.chords[i].cell, 0x5a5a5a5a);
+      for (int r = 0; r < count; r++) met += chord_count[r];
+    }
+  assert_true(met > 1000);
+  end_walks(context, &t);
+  vt_destroy_context(context);
+}
+
 // An inverse of 0 is infinite, and 0 x infinity is NaN for an eye on a plane: then every comparison is false, and a walk hangs
 // or meets nothing. Half-open: the face belongs to the cell above, so the root's lower faces are inside, its upper ones are not.
 static void rays_along_faces_belong_to_the_cell_above(void **state) {
@@ -497,6 +519,7 @@ int main(void) {
       cmocka_unit_test(every_met_cell_is_found_once_at_every_level),
       cmocka_unit_test(the_finest_levels_cost_what_their_cells_cost),
       cmocka_unit_test(chords_of_millions_of_rays_sum_to_the_clipped_length),
+      cmocka_unit_test(packets_that_are_not_full_write_only_to_their_rays),
       cmocka_unit_test(rays_along_faces_belong_to_the_cell_above),
       cmocka_unit_test(diagonals_meet_the_cells_of_the_diagonal_alone),
       cmocka_unit_test(eyes_inside_cells_see_the_rest_of_them),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include "render/render.h"
-#include "tests/render_scenes.h"
+#include "tests/field_scenes.h"
 
 // A renderer with OpenGL; skips the test where there is none.
 static vt_renderer *gl_or_skip(vt_context *context, vt_tree *tree) {
@@ -143,6 +143,87 @@ static void scaled_and_shifted_scenes_look_the_same(void **state) {
   vt_destroy_context(context);
 }
 
+// Views' textures and flat, with a cell's corners or without.
+static void compare_field_tree(vt_context *context, vt_tree *tree, int level, int most_views) {
+  vt_renderer *gl = gl_or_skip(context, tree), *cpu = NULL;
+  assert_int_equal(vt_create_renderer(context, tree, VT_BACKEND_CPU, &cpu), VT_OK);
+  vt_render_desc desc = vt_default_render_desc();
+  desc.level = level;
+  for (int k = 1; k <= most_views; k += k < 4 ? 1 : 4) {
+    desc.blend_views = k;
+    compare(context, cpu, gl, &desc, 0.05);
+  }
+  desc.flat = true;
+  compare(context, cpu, gl, &desc, 0.05);
+  vt_destroy_renderer(context, cpu);
+  vt_destroy_renderer(context, gl);
+}
+
+static void fields_and_view_textures_look_the_same(void **state) {
+  (void)state;
+  for (int what = 1; what < 4; what++) { // field only, view textures only, both
+    vt_context *context = scene_context(2);
+    vt_tree tree = scene_field_tree(context, 4, 0.35, 7, 30 + (uint64_t)what, what & 1, what & 2);
+    compare_field_tree(context, &tree, 4, what & 2 ? 4 : 0);
+    vt_free_tree(context, &tree);
+    vt_destroy_context(context);
+  }
+}
+
+// Cameras that do not see all of the tree, one of them within it; of most photographs only little is kept.
+static void views_that_see_little_look_the_same(void **state) {
+  (void)state;
+  for (int field = 0; field < 2; field++) {
+    vt_context *context = scene_context(2);
+    vt_tree tree = scene_field_tree(context, 4, 0.35, 9, 41, field, false);
+    for (int v = 0; v < 9; v += 2) tree.cameras[v].fx *= 3, tree.cameras[v].fy *= 3;
+    tree.cameras[3] = scene_camera(0.2, 0.3, -0.1, 33);
+    scene_add_textures(context, &tree, 4, 1, 42);
+    vt_rng rng = vt_seed_rng(43, 1);
+    scene_cut_textures(&tree, 4, &rng);
+    compare_field_tree(context, &tree, 4, field ? 8 : 2);
+    vt_free_tree(context, &tree);
+    vt_destroy_context(context);
+  }
+}
+
+// 27 MB of codes: more than a layer of the driver's arrays holds, and views begin anywhere within one.
+static void large_view_textures_look_the_same(void **state) {
+  (void)state;
+  vt_context *context = scene_context(2);
+  vt_tree tree = scene_field_tree(context, 4, 0.35, 5, 45, true, false);
+  for (int v = 0; v < 5; v++) {
+    vt_camera *camera = &tree.cameras[v];
+    const double scale = 16;
+    camera->fx *= scale, camera->fy *= scale, camera->cx *= scale, camera->cy *= scale;
+    camera->width = 2561, camera->height = 2099; // odd rows
+  }
+  scene_add_textures(context, &tree, 4, 1, 46);
+  assert_true(vt_texture_bytes(&tree) > 26000000);
+  compare_field_tree(context, &tree, 4, 2);
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
+static void scaled_and_shifted_fields_look_the_same(void **state) {
+  (void)state;
+  vt_context *context = scene_context(2);
+  double scales[] = {1e-6, 1e6, 1};
+  vt_vec3 shifts[] = {{0.1, 0.2, -0.1}, {0, 0, 0}, {1e5, -2e5, 1.2e5}}; // about 10^6 cells
+  for (int i = 0; i < 3; i++) {
+    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 44, true, true);
+    scene_move(&tree, scales[i], shifts[i]);
+    vt_renderer *gl = gl_or_skip(context, &tree), *cpu = NULL;
+    assert_int_equal(vt_create_renderer(context, &tree, VT_BACKEND_CPU, &cpu), VT_OK);
+    vt_render_desc desc = vt_default_render_desc();
+    compare_moved(context, cpu, gl, &desc, 0.05, scales[i], shifts[i]);
+    vt_destroy_renderer(context, cpu);
+    vt_destroy_renderer(context, gl);
+    vt_free_tree(context, &tree);
+  }
+  vt_destroy_context(context);
+}
+
 // Two renderers of two trees take turns, the order kept from picture to picture, levels and views changing.
 static void two_renderers_do_not_disturb_each_other(void **state) {
   (void)state;
@@ -225,6 +306,10 @@ int main(void) {
       cmocka_unit_test(tiles_of_other_sizes_look_the_same),
       cmocka_unit_test(sparse_fine_level_looks_the_same),
       cmocka_unit_test(scaled_and_shifted_scenes_look_the_same),
+      cmocka_unit_test(fields_and_view_textures_look_the_same),
+      cmocka_unit_test(views_that_see_little_look_the_same),
+      cmocka_unit_test(large_view_textures_look_the_same),
+      cmocka_unit_test(scaled_and_shifted_fields_look_the_same),
       cmocka_unit_test(two_renderers_do_not_disturb_each_other),
       cmocka_unit_test(renderers_say_what_is_wrong),
   };

@@ -1,8 +1,9 @@
 // test_render_views.c - the choice of views, weights and level
 // SPDX-License-Identifier: BSD-3-Clause
 
+#include "render/draw_list.h"
 #include "render/render.h"
-#include "tests/render_scenes.h"
+#include "tests/field_scenes.h"
 
 static double weight_of(const vt_view_weights *w, int view) {
   for (int i = 0; i < w->count; i++)
@@ -189,6 +190,71 @@ static void level_is_the_coarsest_that_is_fine_enough(void **state) {
   vt_destroy_context(context);
 }
 
+// Photographs are reduced to texel_edge pixels a cell, whatever the side of a tile; flat a cell is as coarse as a texel.
+static void view_textures_and_flat_cells_have_levels_too(void **state) {
+  (void)state;
+  vt_context *context = scene_context(1);
+  vt_tree tree = level_tree(context);
+  vt_camera camera = vt_look_at(vt_v3(-1, -1, -3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 0.8, 400, 400);
+  for (int l = 1; l < 5; l++) {
+    tree.tiles[l].view_count = 0;
+    tree.view_textures[l] = (vt_view_textures){.view_count = 1, .factor = 16 >> l, .views = VT_NEW(context, vt_view_texture, 1)};
+  }
+  for (int l = 1; l <= 4; l++) {
+    double cell = 2.0 / (1 << l) * camera.fx / 2;
+    assert_int_equal(vt_choose_level(&tree, &camera, cell / 4 * 1.001), l);
+    assert_int_equal(vt_choose_level(&tree, &camera, cell / 4 * 0.999), l < 4 ? l + 1 : 4);
+    vt_renderer *renderer = NULL;
+    vt_render_desc desc = vt_default_render_desc();
+    vt_render_report report;
+    vt_fimage image;
+    desc.flat = true;
+    assert_int_equal(vt_create_renderer(context, &tree, VT_BACKEND_CPU, &renderer), VT_OK);
+    for (int finer = 0; finer < 2; finer++) {
+      desc.texel_pixels = cell * (finer ? 0.999 : 1.001);
+      assert_int_equal(vt_render(context, renderer, &desc, &camera, &image, &report), VT_OK);
+      assert_int_equal(report.level, finer && l < 4 ? l + 1 : l);
+      vt_free_fimage(context, &image);
+    }
+    vt_destroy_renderer(context, renderer);
+  }
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
+static void cells_with_opacity_at_any_corner_are_drawn(void **state) {
+  (void)state;
+  vt_context *context = scene_context(1);
+  vt_tree tree = scene_field_tree(context, 3, 0.5, 3, 50, true, true);
+  vt_level *cells = &tree.octree.levels[3];
+  vt_view_weights weights = {.count = 1, .view = {1}, .weight = {1}}, none = {.count = 0};
+  uint32_t touching = 0, corner = cells->corner_of[8 * (cells->cell_count / 2) + 7];
+  for (uint32_t i = 0; i < cells->corner_count; i++) cells->corner_values[4 * i] = i == corner ? 0.5f : 0;
+  for (uint32_t i = 0; i < 8 * cells->cell_count; i++) touching += cells->corner_of[i] == corner;
+  assert_true(touching > 1);
+  assert_int_equal(vt_count_billboards(&tree, 3, NULL), touching);
+  assert_int_equal(vt_count_billboards(&tree, 3, &weights), touching);
+  assert_int_equal(vt_count_billboards(&tree, 3, &none), 0);
+  vt_draw_list list = {0};
+  bool changed;
+  vt_vec3 eye = {2, 3, 1};
+  assert_int_equal(vt_update_draw_list(context, &tree, 3, &weights, eye, &list, &changed), VT_OK);
+  assert_true(changed && list.count == touching);
+  weights.view[0] = 2; // the same cells whatever the views, and flat
+  assert_int_equal(vt_update_draw_list(context, &tree, 3, &weights, eye, &list, &changed), VT_OK);
+  assert_false(changed);
+  assert_int_equal(vt_update_draw_list(context, &tree, 3, NULL, eye, &list, &changed), VT_OK);
+  assert_false(changed);
+  assert_int_equal(vt_update_draw_list(context, &tree, 3, &none, eye, &list, &changed), VT_OK);
+  assert_true(changed && list.count == 0);
+  vt_free_view_textures(context, &tree.view_textures[3]); // a field without textures is drawn flat only
+  assert_int_equal(vt_count_billboards(&tree, 3, &weights), 0);
+  assert_int_equal(vt_count_billboards(&tree, 3, NULL), touching);
+  vt_free_draw_list(context, &list);
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
 static void turning_the_head_changes_no_level(void **state) {
   (void)state;
   vt_context *context = scene_context(1);
@@ -214,6 +280,8 @@ int main(void) {
       cmocka_unit_test(weights_change_without_jumps_along_a_path),
       cmocka_unit_test(shifted_and_scaled_scenes_choose_the_same_views),
       cmocka_unit_test(level_is_the_coarsest_that_is_fine_enough),
+      cmocka_unit_test(view_textures_and_flat_cells_have_levels_too),
+      cmocka_unit_test(cells_with_opacity_at_any_corner_are_drawn),
       cmocka_unit_test(turning_the_head_changes_no_level),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
