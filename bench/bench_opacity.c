@@ -26,7 +26,8 @@ static const solver solvers[] = {{"adam", VT_TRANSMITTANCE_DOMAIN, VT_STEP_ADAM,
 typedef struct arguments {
   const char *source;
   int leaf, views, size, subsets, iterations; // 0: the default
-  double noise, rate;
+  double noise, rate, peak;
+  vt_split_desc splitting;
   bool wanted[sizeof solvers / sizeof *solvers];
 } arguments;
 
@@ -38,7 +39,7 @@ static bool choose_solver(arguments *a, const char *name) {
 
 static bool read_arguments(int count, char **words, arguments *a) {
   bool any = false;
-  *a = (arguments){.source = count > 1 ? words[1] : NULL, .leaf = count > 2 ? atoi(words[2]) : 0};
+  *a = (arguments){.splitting = vt_default_split_desc(), .source = count > 1 ? words[1] : NULL, .leaf = count > 2 ? atoi(words[2]) : 0};
   if (a->leaf < 1 || a->leaf > VT_MAX_LEVEL) return false;
   for (int i = 3; i < count; i++) {
     bool option = words[i][0] == '-';
@@ -56,6 +57,14 @@ static bool read_arguments(int count, char **words, arguments *a) {
       a->iterations = atoi(words[i]);
     else if (option && !strcmp(words[i - 1], "--rate"))
       a->rate = atof(words[i]);
+    else if (option && !strcmp(words[i - 1], "--thin"))
+      a->splitting.least_depth = (float)atof(words[i]);
+    else if (option && !strcmp(words[i - 1], "--unasked"))
+      a->splitting.least_unasked = (float)atof(words[i]);
+    else if (option && !strcmp(words[i - 1], "--peak"))
+      a->peak = atof(words[i]);
+    else if (option && !strcmp(words[i - 1], "--hidden"))
+      a->splitting.hidden_threshold = (float)atof(words[i]);
     else if (option)
       return false;
     any = any || !option;
@@ -68,6 +77,7 @@ static vt_status get_views(const arguments *a, opacity_run *run) {
   vt_synthetic_desc scene;
   if (vt_find_scene(a->source, &scene)) {
     if (a->views) scene.train_count = a->views;
+    if (a->peak > 0) scene.peak_extinction = a->peak;
     if (a->size) scene.width = scene.height = a->size;
     return photograph_scene(run, &scene, a->noise);
   }
@@ -86,14 +96,15 @@ static vt_status run_solver(opacity_run *run, const solver *s, const arguments *
   if (a->iterations) desc.iterations = a->iterations;
   if (a->rate > 0) desc.learning_rate = (float)a->rate;
   vt_status status = begin_run(run);
+  run->splitting = &a->splitting;
   for (int level = 0; level <= a->leaf && !status; level++) {
     status = solve_run_level(run, &desc, level, level == a->leaf ? 2 : 3);
     if (status || level < 4) continue;
     status = judge_run(run, level);
     const double *t = run->seconds;
-    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %9.4f %7.2f %7.2f %7.2f %7.2f\n", s->name, level,
+    printf("%-10s %5d %9u %10llu %9.1f %8.4f %8.4f %9.4f %7.2f %7.2f %7.2f %7.2f  %u %u\n", s->name, level,
            run->octree.levels[level].cell_count, (unsigned long long)run->report.rays, 100 * run->report.saturated_share,
-           run->report.alpha_rmse, run->report.held_out_rmse, run->alpha_rmse, t[0], t[1], t[2], t[0] + t[1] + t[2]);
+           run->report.alpha_rmse, run->report.held_out_rmse, run->alpha_rmse, t[0], t[1], t[2], t[0] + t[1] + t[2], run->split_report.empty, run->split_report.hidden);
     fflush(stdout);
   }
   return status;

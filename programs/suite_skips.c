@@ -69,6 +69,7 @@ static void look_at_empty_pixels(vt_reconstruct_desc *d) { d->skip_empty_pixels 
 static void walk_anew(vt_reconstruct_desc *d) { d->keep_chords = false; }
 static void keep_hidden(vt_reconstruct_desc *d) { d->prune_hidden = false; }
 static void keep_thin(vt_reconstruct_desc *d) { d->prune_thin = false; }
+static void split_all(vt_reconstruct_desc *d) { d->split_where_needed = false; }
 static void refine_on(vt_reconstruct_desc *d) { d->refine_epochs = 12; }
 
 static const rebuild_skip rebuild_skips[] = {{"reconstruct/pixels that meet no coarse cell", VT_METHOD_BEST, look_at_empty_pixels, false},
@@ -76,6 +77,7 @@ static const rebuild_skip rebuild_skips[] = {{"reconstruct/pixels that meet no c
                                              {"reconstruct/hidden billboards", VT_METHOD_BEST, keep_hidden, true},
     {"reconstruct/hidden billboards, method 2006", VT_METHOD_2006, keep_hidden, true},
                                              {"reconstruct/cells all but empty", VT_METHOD_BEST, keep_thin, true},
+                                             {"reconstruct/cells split where needed", VT_METHOD_BEST, split_all, false},
                                              {"reconstruct/refinement beyond 4 epochs (12)", VT_METHOD_BEST, refine_on, false}};
 #define REBUILD_COUNT ((int)(sizeof rebuild_skips / sizeof *rebuild_skips))
 

@@ -130,6 +130,9 @@ static void put_statistics(vt_json_writer *json, const work *job) {
     vt_json_put_integer(json, "level", l);
     vt_json_put_integer(json, "cells_before_pruning", level->hull_cells);
     vt_json_put_integer(json, "cells", octree->levels[l].cell_count);
+    vt_json_put_integer(json, "unsplit_empty", level->unsplit_empty);
+    vt_json_put_integer(json, "unsplit_hidden", level->unsplit_hidden);
+    vt_json_put_integer(json, "unsplit_for_memory", level->unsplit_for_memory);
     vt_json_put_integer(json, "billboards_before_pruning", (long long)level->billboards_before);
     vt_json_put_integer(json, "billboards", (long long)level->billboards);
     vt_json_put_integer(json, "rays", (long long)level->rays);
@@ -200,11 +203,13 @@ static void say_summary(vt_session *session, const work *job) {
   vt_say(session, "%s: method %s, preset %s, levels 0 to %d, %d photographs\n", job->output,
          method_names[job->desc.method], preset_names[job->desc.preset], job->tree.octree.level_count - 1,
          job->tree.view_count);
-  vt_say(session, "  level  hull cells       cells  billboards      pruned  alpha RMSE\n");
+  vt_say(session, "  level  hull cells       cells     unsplit  billboards      pruned  alpha RMSE\n");
   for (int l = 0; l < job->tree.octree.level_count; l++) {
     const vt_level_report *level = &job->reconstruction.levels[l];
-    vt_say(session, "  %5d %11u %11u %11llu %11llu %11.4f\n", l, (unsigned)level->hull_cells,
-           (unsigned)job->tree.octree.levels[l].cell_count, (unsigned long long)level->billboards,
+    vt_say(session, "  %5d %11u %11u %11u %11llu %11llu %11.4f\n", l, (unsigned)level->hull_cells,
+           (unsigned)job->tree.octree.levels[l].cell_count,
+           (unsigned)(level->unsplit_empty + level->unsplit_hidden + level->unsplit_for_memory),
+           (unsigned long long)level->billboards,
            (unsigned long long)(level->billboards_before - level->billboards), level->alpha_rmse);
   }
   vt_say(session, "  textures %s, %s %s; file %s\n", vt_show_bytes(job->raw_texture_bytes, a),

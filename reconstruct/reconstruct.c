@@ -17,8 +17,10 @@
 #include "reconstruct/view_textures.h"
 #include <stdlib.h>
 static double tune(const char *n, double d) { const char *v = getenv(n); return v ? atof(v) : d; }
+#include "reconstruct/split.h"
 
 #define LARGEST_RAY_STORE (3ull << 30) // bytes
+#define LARGEST_SHARE_LEFT 0.05        // of the opacity, in cells that are not split for want of memory
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
@@ -31,6 +33,7 @@ vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset pres
                                .keep_chords = true,
                                .prune_hidden = true,
                                .prune_thin = true,
+                               .split_where_needed = method == VT_METHOD_BEST,
                                .refine_epochs = -1};
 }
 
@@ -66,6 +69,9 @@ typedef struct run {
   vt_tree *tree;
   vt_reconstruct_report *report;
   double start, root_pixels; // root_pixels: size of the root's edge in the photographs
+  int leaf;                  // the last level that is to be made
+  uint64_t bytes_before;     // in use when a level's hull was there and nothing else of it
+  uint8_t *split;            // [cells of the last level] those that the next comes from; NULL: all; owned
 } run;
 
 static double cell_pixels(const run *r, int level) {
@@ -142,8 +148,13 @@ static vt_status reduce_for_level(run *r, int level, vt_reduced_views *out) {
 
 static vt_status begin_level(run *r, int level) {
   vt_octree *octree = &r->tree->octree;
-  if (level) return vt_split_level(r->context, octree->branching, level - 1, &octree->levels[level - 1], NULL,
-                                   &octree->levels[level]);
+  if (level) {
+    vt_status status = vt_split_level(r->context, octree->branching, level - 1, &octree->levels[level - 1], r->split,
+                                      &octree->levels[level]);
+    vt_free(r->context, r->split);
+    r->split = NULL;
+    return status;
+  }
   const uint16_t root[1][3] = {{0, 0, 0}};
   vt_status status = vt_make_level(r->context, octree->branching, 0, 1, root, &octree->levels[0]);
   if (!status) octree->levels[0].optical_depth[0] = 0.5f;
@@ -164,6 +175,80 @@ static vt_status estimate_level(run *r, int level, const vt_rays *rays) {
   report->unconstrained = coverage.unconstrained;
   report->coverage_degrees = coverage.median_degrees;
   report->narrow_share = coverage.narrow_share;
+  return status;
+}
+
+// ---- the next level
+
+static uint64_t ray_bound(const run *r) {
+  uint64_t quarter = vt_memory_bound(r->context) / 4;
+  if (!r->desc->keep_chords) return 0;
+  return quarter < LARGEST_RAY_STORE ? quarter : LARGEST_RAY_STORE;
+}
+
+// Bytes that a level will take, about: chords of rays, sums of the lanes, and textures of the cells that are kept (two in
+// five of the hull).
+static uint64_t level_bytes(const run *r, uint64_t hull_cells) {
+  uint64_t tile = 4 * (uint64_t)(r->tree->texel_edge * r->tree->texel_edge), views = (uint64_t)r->views->count;
+  uint64_t chords = hull_cells * views * 64, most = ray_bound(r);
+  return (chords < most ? chords : most) + hull_cells * (64 + 16 * VT_LANES) + hull_cells * 2 / 5 * views * (tile + 5);
+}
+
+static double growth_of(const run *r) { return r->tree->octree.branching == 2 ? 6 : 13; } // of the cells of a hull
+
+// So many cells can be split within memory.
+static uint32_t most_splits(const run *r, int level) {
+  uint32_t low = 0, high = r->tree->octree.levels[level].cell_count;
+  while (low < high) {
+    uint32_t middle = high - (high - low) / 2;
+    if (r->bytes_before + level_bytes(r, (uint64_t)(growth_of(r) * middle)) <= vt_memory_bound(r->context))
+      low = middle;
+    else
+      high = middle - 1;
+  }
+  return low;
+}
+
+static void end_tree(run *r, int level) {
+  uint64_t bytes = level_bytes(r, (uint64_t)(growth_of(r) * r->tree->octree.levels[level].cell_count));
+  vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.0f MB of %.0f MB; the tree ends at level %d", level + 1,
+         (double)bytes * 1e-6, (double)vt_memory_bound(r->context) * 1e-6, level);
+  r->leaf = level;
+}
+
+static void report_split(run *r, int level, const vt_split_report *split) {
+  vt_level_report *report = &r->report->levels[level];
+  report->unsplit_empty = split->empty;
+  report->unsplit_hidden = split->hidden;
+  report->unsplit_for_memory = split->for_memory;
+  if (split->for_memory)
+    vt_log(r->context, VT_LOG_NORMAL, "level %d: memory is short, %u of %u cells with %.1f %% of the opacity are not split", level,
+           split->for_memory, r->tree->octree.levels[level].cell_count, 100 * split->opacity_left);
+}
+
+// Which cells of the solved level the next one comes from. Where too much would have to be left behind for want of memory, this
+// level is the last.
+static vt_status plan_next_level(run *r, int level, const vt_rays *rays) {
+  const vt_level *cells = &r->tree->octree.levels[level];
+  uint32_t most = level > 3 ? most_splits(r, level) : cells->cell_count;
+  if (!r->desc->split_where_needed) {
+    if (most < cells->cell_count) end_tree(r, level);
+    return VT_OK;
+  }
+  vt_split_desc desc = vt_default_split_desc();
+  vt_split_report split;
+  desc.hidden_threshold = (float)r->desc->hidden_threshold;
+  desc.most_cells = most;
+  r->split = VT_NEW(r->context, uint8_t, cells->cell_count);
+  if (!r->split) return VT_OUT_OF_MEMORY;
+  vt_status status = vt_choose_splits(r->context, &desc, rays, cells, r->split, &split);
+  if (!status && split.split && split.opacity_left <= LARGEST_SHARE_LEFT) {
+    report_split(r, level, &split);
+    return VT_OK;
+  }
+  vt_free(r->context, r->split);
+  r->split = NULL;
+  if (!status && split.split < cells->cell_count) end_tree(r, level);
   return status;
 }
 
@@ -194,17 +279,18 @@ static vt_status fit_level(run *r, int level, int leaf, vt_rays *rays) {
 }
 
 // Opacity and colour of a level whose rays are there.
-static vt_status solve_level(run *r, int level, int leaf, vt_rays *rays) {
+static vt_status solve_level(run *r, int level, vt_rays *rays) {
   vt_context *context = r->context;
   vt_level *cells = &r->tree->octree.levels[level];
   double start = vt_seconds();
   vt_status status = estimate_level(r, level, rays);
-  if (!status && level == leaf) status = prune_level(r, level, rays);
+  if (!status && level == r->leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
   bool fitted = r->recipe.field;
   if (!status) status = vt_estimate_colour(context, rays, cells, fitted ? 0 : r->recipe.colour_iterations);
   double coloured = vt_seconds();
-  if (!status && fitted) status = fit_level(r, level, leaf, rays);
+  if (!status && fitted) status = fit_level(r, level, r->leaf, rays);
+  if (!status && level < r->leaf) status = plan_next_level(r, level, rays);
   r->report->seconds_opacity += solved - start;
   r->report->seconds_colour += coloured - solved;
   r->report->seconds_refinement += vt_seconds() - coloured;
@@ -239,14 +325,8 @@ static int coarse_level_for(const run *r, int level, int factor) {
   return coarse;
 }
 
-static uint64_t ray_bound(const run *r) {
-  uint64_t quarter = vt_memory_bound(r->context) / 4;
-  if (!r->desc->keep_chords) return 0;
-  return quarter < LARGEST_RAY_STORE ? quarter : LARGEST_RAY_STORE;
-}
-
 // Everything of one level (already carved) while its rays are in memory.
-static vt_status make_level(run *r, int level, int leaf) {
+static vt_status make_level(run *r, int level) {
   vt_context *context = r->context;
   vt_octree *octree = &r->tree->octree;
   vt_level_report *report = &r->report->levels[level];
@@ -260,7 +340,7 @@ static vt_status make_level(run *r, int level, int leaf) {
   status = vt_collect_rays(context, octree, level, coarse_level_for(r, level, reduced.factor), &reduced, ray_bound(r),
                            &rays);
   r->report->seconds_rays += vt_seconds() - walk;
-  if (!status) status = solve_level(r, level, leaf, &rays);
+  if (!status) status = solve_level(r, level, &rays);
   report->cells = octree->levels[level].cell_count;
   report->seconds_opacity = vt_seconds() - start;
   vt_log(context, VT_LOG_VERBOSE,
@@ -276,30 +356,15 @@ static vt_status make_level(run *r, int level, int leaf) {
   return status;
 }
 
-// Bytes that a level will take, about: chords of rays, sums of the lanes, and textures of the cells that are kept (two in
-// five of the hull).
-static uint64_t level_bytes(const run *r, uint64_t hull_cells) {
-  uint64_t tile = 4 * (uint64_t)(r->tree->texel_edge * r->tree->texel_edge), views = (uint64_t)r->views->count;
-  uint64_t chords = hull_cells * views * 64, most = ray_bound(r);
-  return (chords < most ? chords : most) + hull_cells * (64 + 16 * VT_LANES) + hull_cells * 2 / 5 * views * (tile + 5);
+// Whether the level after `level`, whose hull is known, can be made within the time that was given.
+static bool time_is_left(const run *r, int level, double seconds_per_cell) {
+  double left = r->start + r->desc->time_budget - vt_seconds(), cells = r->tree->octree.levels[level].cell_count;
+  return !(r->desc->time_budget > 0) || seconds_per_cell * (1 + growth_of(r)) * cells < left;
 }
 
-// Whether the level after `level`, whose hull is known, can be made within memory and time.
-static bool next_level_fits(const run *r, int level, double seconds_per_cell) {
-  double growth = r->tree->octree.branching == 2 ? 6 : 13; // of the cells of a hull
-  uint64_t cells = (uint64_t)(growth * r->tree->octree.levels[level].cell_count), bound = vt_memory_bound(r->context);
-  if (vt_bytes_in_use(r->context) + level_bytes(r, cells) > bound) {
-    vt_log(r->context, VT_LOG_NORMAL, "level %d would take about %.0f MB of %.0f MB; the tree ends at level %d", level + 1,
-           (double)level_bytes(r, cells) * 1e-6, (double)bound * 1e-6, level);
-    return false;
-  }
-  double left = r->start + r->desc->time_budget - vt_seconds();
-  return !(r->desc->time_budget > 0) || seconds_per_cell * (1 + growth) * r->tree->octree.levels[level].cell_count < left;
-}
-
-static vt_status make_all_levels(run *r, int leaf) {
+static vt_status make_all_levels(run *r) {
   double seconds_per_cell = 0; // of the last level, by cells of its hull
-  for (int level = 0; level <= leaf; level++) {
+  for (int level = 0; level <= r->leaf; level++) {
     double start = vt_seconds();
     vt_status status = begin_level(r, level);
     if (!status) status = carve_level(r, level);
@@ -312,17 +377,18 @@ static vt_status make_all_levels(run *r, int leaf) {
       vt_free_level(r->context, &r->tree->octree.levels[level]);
       return VT_OK;
     }
-    if (level > 3 && level < leaf && !next_level_fits(r, level, seconds_per_cell)) leaf = level;
+    if (level > 3 && level < r->leaf && !time_is_left(r, level, seconds_per_cell)) r->leaf = level;
+    r->bytes_before = vt_bytes_in_use(r->context);
     r->report->seconds_hull += vt_seconds() - start;
     r->tree->octree.level_count = level + 1;
-    status = make_level(r, level, leaf);
+    status = make_level(r, level);
     if (status) return status;
     seconds_per_cell = (vt_seconds() - start) / cells;
     if (!r->tree->octree.levels[level].cell_count) { // pruned to nothing: the level before shows what there is
       r->tree->octree.level_count = level;
       vt_free_level(r->context, &r->tree->octree.levels[level]);
     }
-    vt_progress(r->context, "levels", (level + 1.0) / (leaf + 1));
+    vt_progress(r->context, "levels", (level + 1.0) / (r->leaf + 1));
   }
   return VT_OK;
 }
@@ -362,7 +428,8 @@ static vt_status reconstruct_views(run *r) {
   vt_log(r->context, VT_LOG_VERBOSE, "leaf level %d, cells of %.1f pixels; memory about %.1f GB for a full crown", leaf,
          cell_pixels(r, leaf), (double)r->report->estimated_bytes * 1e-9);
   vt_reset_peak(r->context);
-  status = make_all_levels(r, leaf);
+  r->leaf = leaf;
+  status = make_all_levels(r);
   r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
   r->report->leaf_level = r->tree->octree.level_count - 1;
   return status;
@@ -377,8 +444,9 @@ vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, c
   vt_views train;
   vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
   if (status) return status;
-  run r = {context, desc, recipe_of(desc), &train, out, &report, 0, 0};
+  run r = {context, desc, recipe_of(desc), &train, out, &report, .root_pixels = 0};
   status = reconstruct_views(&r);
+  vt_free(context, r.split);
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
   if (or_null) *or_null = report;
@@ -386,9 +454,9 @@ vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, c
 }
 
 // Rays of a level for opacity alone: two to three pixels a cell say what cells can hold.
-static vt_status solve_alone(run *r, int level, bool last) {
+static vt_status solve_alone(run *r, int level) {
   double start = vt_seconds();
-  int factor = (int)(cell_pixels(r, level) / (last ? 2 : 3));
+  int factor = (int)(cell_pixels(r, level) / (level == r->leaf ? 2 : 3));
   vt_reduced_views reduced;
   vt_rays rays = {0};
   vt_status status = vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, &reduced);
@@ -399,6 +467,7 @@ static vt_status solve_alone(run *r, int level, bool last) {
                            &rays);
   r->report->seconds_rays += vt_seconds() - start;
   if (!status) status = estimate_level(r, level, &rays);
+  if (!status && level < r->leaf) status = plan_next_level(r, level, &rays);
   r->report->levels[level].seconds_opacity = vt_seconds() - start;
   r->report->seconds_opacity += vt_seconds() - start;
   vt_free_rays(r->context, &rays);
@@ -427,18 +496,21 @@ vt_status vt_reconstruct_opacity(vt_context *context, const vt_views *views, vt_
   *out = (vt_tree){0};
   vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
   if (status) return status;
-  run r = {context, &desc, recipe_of(&desc), &train, out, &report, vt_seconds(), 0};
+  run r = {context, &desc, recipe_of(&desc), &train, out, &report, .start = vt_seconds(), .leaf = level};
+  desc.split_where_needed = solver != VT_SOLVER_LOG; // which stays as the papers have it
   r.recipe.opacity = desc_of_solver(solver, sweeps);
   status = train.count ? prepare(&r) : vt_fail(context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
-  for (int l = 0; l <= level && !status; l++) {
+  for (int l = 0; l <= r.leaf && !status; l++) {
     double start = vt_seconds();
     status = begin_level(&r, l);
     if (!status) status = carve_level(&r, l);
+    r.bytes_before = vt_bytes_in_use(context);
     report.seconds_hull += vt_seconds() - start;
     out->octree.level_count = l + 1;
     if (!status && !out->octree.levels[l].cell_count) break; // nothing so fine
-    if (!status) status = solve_alone(&r, l, l == level);
+    if (!status) status = solve_alone(&r, l);
   }
+  vt_free(context, r.split);
   report.leaf_level = out->octree.level_count - 1;
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
@@ -453,7 +525,7 @@ vt_status vt_reconstruct_hull(vt_context *context, const vt_views *views, int le
   vt_views train;
   vt_status status = vt_select_views(context, views, VT_TRAIN, &train);
   if (status) return status;
-  run r = {context, &desc, recipe_of(&desc), &train, out, &report, 0, 0};
+  run r = {context, &desc, recipe_of(&desc), &train, out, &report, .leaf = level};
   status = train.count ? prepare(&r) : vt_fail(context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
   for (int l = 0; l <= level && !status; l++) {
     status = begin_level(&r, l);

@@ -27,6 +27,8 @@ typedef struct vt_reconstruct_desc {
   bool keep_chords;       // the chords of a level's rays are walked once and kept, within the bound of memory
   bool prune_hidden;      // billboards hidden from their view and its neighbours are left out (never by 2004)
   bool prune_thin;        // cells of the leaf level that turn out all but empty are dropped
+  bool split_where_needed; // empty cells, and cells that no photograph sees, have no finer ones; where memory is short, only
+                          // the cells that matter most have (best; 2004 and 2006 split all)
   int refine_epochs;      // sweeps of the joint fit of opacity and colour, 0..; -1: as many as the method does
 } vt_reconstruct_desc;
 // Presets: normal ends at the level whose texels are about a pixel, draft one before, high one after.
@@ -43,6 +45,8 @@ typedef struct vt_level_report {
   double alpha_rmse;                      // of the training rays in the last iteration
   double held_out_rmse;                   // of the rays that opacity did not see; NAN where it saw all
   uint32_t unconstrained;                 // cells that no ray says anything about
+  uint32_t unsplit_empty, unsplit_hidden; // cells without finer ones: empty, or seen by no photograph
+  uint32_t unsplit_for_memory;            // or for want of memory
   double coverage_degrees, narrow_share;  // of the others: median of the widest angle between lines of sight; share below 30
   double seconds_opacity, seconds_tiles;
 } vt_level_report;

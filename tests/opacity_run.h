@@ -10,6 +10,7 @@
 #include "reconstruct/bounds.h"
 #include "reconstruct/hull.h"
 #include "reconstruct/opacity.h"
+#include "reconstruct/split.h"
 
 #include <math.h>
 #include <string.h>
@@ -23,10 +24,14 @@ typedef struct opacity_run {
   double seconds[3];           // of the processor: hull, rays, opacity
   double alpha_rmse;           // of the test views at the last level that was judged
   vt_opacity_report report;    // of the last level
+  const vt_split_desc *splitting; // NULL: every cell is split
+  uint8_t *split;              // [cells of the last level] those that are; NULL: all; owned
+  vt_split_report split_report;
 } opacity_run;
 
 static inline void free_opacity_run(opacity_run *run) { // but for its context
   vt_free_octree(run->context, &run->octree);
+  vt_free(run->context, run->split);
   vt_free(run->context, run->train.items);
   vt_free(run->context, run->test.items);
   vt_free_views(run->context, &run->views);
@@ -102,6 +107,8 @@ static inline vt_status judge_run(opacity_run *run, int level) {
 // Finds the root cube; no level is there yet.
 static inline vt_status begin_run(opacity_run *run) {
   vt_free_octree(run->context, &run->octree);
+  vt_free(run->context, run->split);
+  run->split = NULL;
   run->octree = (vt_octree){.branching = 2};
   memset(run->seconds, 0, sizeof run->seconds);
   vt_status status = vt_find_bounds(run->context, &run->train, &run->octree);
@@ -110,13 +117,22 @@ static inline vt_status begin_run(opacity_run *run) {
   return status ? status : vt_projected_size(run->context, &run->train, middle, run->octree.edge, &run->root_pixels);
 }
 
+static inline vt_status choose_run_splits(opacity_run *run, const vt_level *cells, const vt_rays *rays) {
+  vt_free(run->context, run->split);
+  run->split = NULL;
+  if (!run->splitting) return VT_OK;
+  run->split = VT_NEW(run->context, uint8_t, cells->cell_count);
+  if (!run->split) return VT_OUT_OF_MEMORY;
+  return vt_choose_splits(run->context, run->splitting, rays, cells, run->split, &run->split_report);
+}
+
 // Level after level from 0 on; pixels_per_ray: of the photographs, reduced as they are for a level, a cell's edge covers at
 // least so many.
 static inline vt_status solve_run_level(opacity_run *run, const vt_opacity_desc *desc, int level, double pixels_per_ray) {
   static const uint16_t root[1][3] = {{0, 0, 0}};
   vt_level *cells = &run->octree.levels[level];
   double start = vt_cpu_seconds();
-  vt_status status = level ? vt_split_level(run->context, 2, level - 1, &run->octree.levels[level - 1], NULL, cells)
+  vt_status status = level ? vt_split_level(run->context, 2, level - 1, &run->octree.levels[level - 1], run->split, cells)
                            : vt_make_level(run->context, 2, 0, 1, root, cells);
   if (!status && !level) cells->optical_depth[0] = 0.5f;
   run->octree.level_count = level + 1;
@@ -127,6 +143,7 @@ static inline vt_status solve_run_level(opacity_run *run, const vt_opacity_desc 
   if (!status) status = collect_run(run, level, pixels_per_ray, &reduced, &rays);
   double collected = vt_cpu_seconds();
   if (!status) status = vt_estimate_opacity(run->context, desc, &rays, cells, &run->report);
+  if (!status) status = choose_run_splits(run, cells, &rays);
   vt_free_rays(run->context, &rays);
   vt_free_reduced_views(run->context, &reduced);
   run->seconds[0] += hull - start, run->seconds[1] += collected - hull, run->seconds[2] += vt_cpu_seconds() - collected;
