@@ -72,7 +72,8 @@ static void half_size_phantoms_with_noise_in_their_mattes(void **state) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) check(&cases[i]);
 }
 
-// Plates thinner than a cell must smear (phantom_solids.c): what is asked is out of reach. Measured 0.076 and 0.086.
+// Plates thinner than a cell must smear (phantom_solids.c): what is asked is out of reach. Measured 0.076 and 0.086; at level 7
+// `bench_opacity comb_256 7 oracle`, the true means in the cells, has 0.053.
 static void comb_smears_no_more_than_it_did(void **state) {
   (void)state;
   check(&(truth_case){"comb_256", 128, 6, 24, 0, 0.082});
@@ -80,7 +81,8 @@ static void comb_smears_no_more_than_it_did(void **state) {
 }
 
 // Asked is a factor of 2.5. It is not reached: here, against SART's own three sweeps, 0.0171 and 0.0233, a factor of 1.36; full
-// size, level 7, against two sweeps, 0.0100 and 0.0170, a factor of 1.7. Why has not been found out.
+// size, level 7, 0.0104 and 0.0151. There the true means in the cells have 0.0125 and no more sweeps bring less than 0.0100
+// (docs/results.md): cells of that size cannot hold what a factor of 2.5 needs.
 static void transmittance_beats_the_log_domain_where_the_crown_is_opaque(void **state) {
   (void)state;
   vt_opacity_desc sart = vt_sart_opacity_desc(), desc = patient_desc();
