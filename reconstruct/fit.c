@@ -20,12 +20,11 @@
 
 #include "reconstruct/fit.h"
 #include "base/fast_exp.h"
-#include <stdlib.h>
 #include "reconstruct/view_textures.h"
 
 vt_fit_desc vt_default_fit_desc(void) {
-  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 2, .batch_count = 48, .opacity_step = 0.05f, .colour_step = 0.02f,
-                       .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 0};
+  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f,
+                       .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 4};
 }
 
 float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float target[4], float (*gradient)[4]) {
@@ -69,7 +68,7 @@ typedef struct fit_job {
   float *along, *log_ratio, *depth; // [VT_LANES][capacity]
   float (*inside)[4], (*value)[4], (*gradient)[4];
   size_t capacity;
-  int part, parts;
+  int part; // of the pixels, that this step takes
   double loss[VT_LANES];
 } fit_job;
 
@@ -90,7 +89,7 @@ static void scatter(const vt_level *cells, const vt_chord *chords, size_t count,
 
 static void visit(void *user, const vt_swept_ray *ray) {
   fit_job *job = user;
-  if ((ray->x + ray->y) % job->parts != job->part) return;
+  if ((ray->x + ray->y) % job->desc->parts != job->part) return;
   size_t first = job->capacity * (size_t)ray->lane, count = ray->chord_count;
   vt_field_samples samples = {job->along + first, job->inside + first, job->value + first, job->log_ratio + first};
   float *depth = job->depth + first, (*gradient)[4] = job->gradient + first;
@@ -155,43 +154,53 @@ static vt_status renew_textures(vt_context *context, fit_job *job, vt_view_textu
   return VT_OK;
 }
 
-static vt_status run_epochs(vt_context *context, const vt_rays *rays, fit_job *job, adam_job *adam, vt_view_textures *textures,
-                            int *chosen) {
+// How much of the way to the last, smallest steps is behind: of the epochs, or of the time.
+static float share_done(const vt_fit_desc *desc, int step, int step_count) {
+  double done = (double)step / step_count;
+  if (desc->deadline > 0) done = fmax(done, (vt_seconds() - desc->begun) / (desc->deadline - desc->begun));
+  return (float)fmin(done, 1);
+}
+
+static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, int *chosen, int epoch, int batches) {
   const vt_fit_desc *desc = job->desc;
-  int views = rays->views->count, batches = desc->batch_count < views ? desc->batch_count : views, step = 0;
+  int views = job->rays->views->count, steps = batches * desc->parts;
   int jump = batches > 4 && batches % 7 ? 7 : 1; // views that follow each other in the list are often neighbours
-  double power_first = 1, power_second = 1;
+  for (int i = 0; i < steps; i++) {
+    int count = 0, step = epoch * steps + i, batch = i % batches;
+    job->part = i / batches;
+    for (int v = batch * jump % batches; v < views; v += batches) chosen[count++] = v;
+    vt_status status = vt_sweep_rays(context, job->rays, chosen, count, visit, job);
+    if (status) return status;
+    float decay = powf(desc->last_step_share, share_done(desc, step, steps * desc->epochs));
+    adam->opacity_step = desc->opacity_step * decay;
+    adam->colour_step = desc->colour_step * decay;
+    adam->bias_first = (float)(1 / (1 - pow(0.9, step + 1)));
+    adam->bias_second = (float)(1 / (1 - pow(0.99, step + 1)));
+    status = vt_parallel(context, adam->corners, 4096, step_some, adam);
+    if (status) return status;
+    vt_progress(context, "fit", (step + 1.0) / (steps * desc->epochs));
+  }
+  return VT_OK;
+}
+
+static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, vt_view_textures *textures, int *chosen) {
+  const vt_fit_desc *desc = job->desc;
+  int views = job->rays->views->count, batches = desc->batch_count < views ? desc->batch_count : views;
   vt_status status = VT_OK;
   for (int epoch = 0; epoch < desc->epochs && !status; epoch++) {
     if (desc->deadline > 0 && vt_seconds() > desc->deadline) break;
+    double loss = 0;
     if (desc->neighbours) status = renew_textures(context, job, textures);
     for (int lane = 0; lane < VT_LANES; lane++) job->loss[lane] = 0;
-    job->parts = getenv("PARTS") ? atoi(getenv("PARTS")) : 1;
-    for (int part = 0; part < job->parts; part++)
-    for (int batch = 0; batch < batches && !status; batch++, step++) {
-      job->part = part;
-      int count = 0;
-      for (int v = batch * jump % batches; v < views; v += batches) chosen[count++] = v;
-      status = vt_sweep_rays(context, rays, chosen, count, visit, job);
-      power_first *= 0.9;
-      power_second *= 0.99;
-      float decay = powf(desc->last_step_share, (float)step / (float)(job->parts * batches * desc->epochs));
-      adam->opacity_step = desc->opacity_step * decay;
-      adam->colour_step = desc->colour_step * decay;
-      adam->bias_first = (float)(1 / (1 - power_first));
-      adam->bias_second = (float)(1 / (1 - power_second));
-      if (!status) status = vt_parallel(context, adam->corners, 4096, step_some, adam);
-      vt_progress(context, "fit", (step + 1.0) / (batches * desc->epochs));
-    }
-    double loss = 0;
+    if (!status) status = run_epoch(context, job, adam, chosen, epoch, batches);
     for (int lane = 0; lane < VT_LANES; lane++) loss += job->loss[lane];
-    vt_log(context, VT_LOG_VERBOSE, "level %d, fit epoch %d: loss %.1f", rays->level, epoch, loss);
+    vt_log(context, VT_LOG_VERBOSE, "level %d, fit epoch %d: loss %.1f", job->rays->level, epoch, loss);
   }
   return status;
 }
 
 vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree, vt_level *cells) {
-  VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1);
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1 && desc->parts >= 1);
   VT_ASSERT(desc->neighbours >= 0 && desc->neighbours <= VT_MAX_BLEND_VIEWS && tree->view_count == rays->views->count);
   size_t corners = cells->corner_count, max = vt_max_segments(cells), views = (size_t)rays->views->count;
   if (!corners || !desc->epochs) return VT_OK;
@@ -212,7 +221,7 @@ vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_ra
   vt_status status = VT_OUT_OF_MEMORY;
   if (job.sums && job.along && job.log_ratio && job.depth && job.inside && job.value && job.gradient && job.views &&
       job.view_count && adam.first && adam.second && chosen)
-    status = run_epochs(context, rays, &job, &adam, &textures, chosen);
+    status = run_epochs(context, &job, &adam, &textures, chosen);
   vt_free_view_textures(context, &textures);
   void *blocks[] = {chosen, adam.second, adam.first, job.view_count, job.views, job.gradient, job.value, job.inside, job.depth,
                     job.log_ratio, job.along, job.sums};

@@ -21,7 +21,8 @@ typedef struct vt_fit_desc {
   float ratio_limit;     // largest factor by which a matte may thicken the cells on its ray, >= 1
   int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many
                          // others, 1..VT_MAX_BLEND_VIEWS (leave-one-out)
-  double deadline;       // vt_seconds() after which no further epoch begins; 0: none
+  int parts;             // a photograph's pixels are taken in so many steps, >= 1
+  double begun, deadline; // vt_seconds() between which the steps fall; no further epoch begins after the deadline; 0: by epochs
 } vt_fit_desc;
 vt_fit_desc vt_default_fit_desc(void);
 

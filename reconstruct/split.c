@@ -13,6 +13,8 @@
 //            of them is opaque, and then it is asked for no less than it has. The mean of what its rays miss, max(T - t, 0), tells
 //            nothing, since on a coarse level every cell has rays that miss something. Coarse levels split all their
 //            cells: they are few, and what they lose is lost to all that follow.
+//            Where the level was fitted with its colours, the fog of opacity alone is gone, and the field itself says it: a
+//            cell all of whose corners are thinner than least_fitted is empty.
 //   hidden   neither it nor any of the cells all around it is seen. The ring around what goes is not seen either, so that the
 //            shell that stays is opaque without what stood behind it, however its cells change later.
 //
@@ -33,6 +35,7 @@ vt_split_desc vt_default_split_desc(void) {
   return (vt_split_desc){.cookie = VT_COOKIE,
                          .least_depth = 0.001f,
                          .least_unasked = 0.1f,
+                         .least_fitted = 0.03f,
                          .least_axis_cells = 64,
                          .hidden_threshold = 0.99f,
                          .most_cells = UINT32_MAX};
@@ -82,7 +85,14 @@ static void join_lanes(void *user, size_t begin, size_t end, int worker) {
 
 static bool is_empty(const split_job *job, size_t i) {
   const float *total = job->total + SUM_COUNT * i;
-  if (job->level->axis_cells < job->desc->least_axis_cells || !(job->level->optical_depth[i] < job->desc->least_depth)) return false;
+  const vt_level *level = job->level;
+  if (level->axis_cells < job->desc->least_axis_cells) return false;
+  if (level->corner_count) {
+    float most = 0;
+    for (size_t c = 0; c < 8; c++) most = fmaxf(most, level->corner_values[4 * (size_t)level->corner_of[8 * i + c]]);
+    return most < job->desc->least_fitted;
+  }
+  if (!(level->optical_depth[i] < job->desc->least_depth)) return false;
   return total[ASKED] < -job->desc->least_unasked * total[CURVATURE];
 }
 

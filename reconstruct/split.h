@@ -14,6 +14,7 @@ typedef struct vt_split_desc {
   uint32_t cookie;
   float least_depth;      // a cell thinner than this across its edge is empty, if its rays want it so; 0: none is
   float least_unasked;    // its rays would take away at least this depth, if it had any, for it to count as empty; >= 0
+  float least_fitted;     // where the level has corners instead: a cell whose corners are all thinner is empty; 0: none is
   int least_axis_cells;   // on levels with fewer cells along an edge of the root none counts as empty
   float hidden_threshold; // a cell behind more than this opacity, 0..1, on all its rays is hidden; 1: none is
   uint32_t most_cells;    // so many are split at most; UINT32_MAX: no bound

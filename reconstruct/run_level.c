@@ -1,0 +1,193 @@
+// run_level.c - the stages of one level, from its hull to its textures
+// SPDX-License-Identifier: BSD-3-Clause
+
+#include "reconstruct/colour.h"
+#include "reconstruct/coverage.h"
+#include "reconstruct/hull.h"
+#include "reconstruct/probe_level.h"
+#include "reconstruct/run.h"
+#include "reconstruct/view_textures.h"
+#include <stdlib.h>
+static double tune(const char *n, double d) { const char *v = getenv(n); return v ? atof(v) : d; }
+
+#define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
+
+vt_status vt_begin_level(vt_run *r, int level) {
+  vt_octree *octree = &r->tree->octree;
+  if (level) {
+    vt_status status = vt_split_level(r->context, octree->branching, level - 1, &octree->levels[level - 1], r->split,
+                                      &octree->levels[level]);
+    vt_free(r->context, r->split);
+    r->split = NULL;
+    return status;
+  }
+  const uint16_t root[1][3] = {{0, 0, 0}};
+  vt_status status = vt_make_level(r->context, octree->branching, 0, 1, root, &octree->levels[0]);
+  if (!status) octree->levels[0].optical_depth[0] = 0.5f;
+  return status;
+}
+
+static vt_status replace_level(vt_run *r, int level, const uint8_t *keep, vt_rays *rays_or_null) {
+  vt_level kept, *cells = &r->tree->octree.levels[level];
+  vt_status status = vt_filter_level(r->context, r->tree->octree.branching, level, cells, keep, &kept);
+  if (status) return status;
+  if (rays_or_null) {
+    uint32_t *new_index = VT_NEW(r->context, uint32_t, cells->cell_count), next = 0;
+    if (!new_index) {
+      vt_free_level(r->context, &kept);
+      return VT_OUT_OF_MEMORY;
+    }
+    for (uint32_t i = 0; i < cells->cell_count; i++) new_index[i] = keep[i] ? next++ : VT_NO_CELL;
+    vt_renumber_rays(r->context, rays_or_null, new_index);
+    vt_free(r->context, new_index);
+  }
+  vt_free_level(r->context, cells);
+  *cells = kept;
+  return VT_OK;
+}
+
+vt_status vt_carve_level(vt_run *r, int level) {
+  vt_context *context = r->context;
+  vt_level *cells = &r->tree->octree.levels[level];
+  int factor = (int)(vt_cell_pixels(r, level) / 4);
+  vt_silhouettes silhouettes;
+  vt_status status = vt_make_silhouettes(context, r->views, factor < 1 ? 1 : factor, 2, &silhouettes);
+  if (status) return status;
+  silhouettes.votes = r->desc->hull_votes;
+  uint8_t *keep = VT_NEW(context, uint8_t, cells->cell_count);
+  status = keep ? vt_carve(context, &silhouettes, &r->tree->octree, level, keep) : VT_OUT_OF_MEMORY;
+  if (!status) status = replace_level(r, level, keep, NULL);
+  vt_free(context, keep);
+  vt_free_silhouettes(context, &silhouettes);
+  return status;
+}
+
+// A cell thinner than what half a pixel of full opacity would give, or than 0.01, is empty.
+static float least_depth(const vt_run *r, int level) {
+  double pixels = vt_cell_pixels(r, level);
+  return (float)fmin(0.01, 0.5 / (pixels * pixels));
+}
+
+// Only the leaf level loses its empty cells: on coarser ones they may still hold the tips of twigs, and their children
+// are looked for within them. They get no textures.
+static vt_status prune_level(vt_run *r, int level, vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  float least = least_depth(r, level);
+  if (!r->desc->prune_thin) return VT_OK;
+  uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
+  if (!keep) return VT_OUT_OF_MEMORY;
+  for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
+  vt_status status = replace_level(r, level, keep, rays);
+  vt_free(r->context, keep);
+  return status;
+}
+
+vt_status vt_reduce_for_level(vt_run *r, int level, vt_reduced_views *out) {
+  int factor = (int)(vt_cell_pixels(r, level) / TEXELS_PER_EDGE(r->tree));
+  return vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, out);
+}
+
+vt_status vt_estimate_level(vt_run *r, int level, const vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_level_report *report = &r->report->levels[level];
+  vt_opacity_report opacity;
+  vt_coverage coverage = {0};
+  vt_status status = vt_estimate_opacity(r->context, &r->recipe.opacity, rays, cells, &opacity);
+  if (!status) status = vt_measure_coverage(r->context, rays, cells, NULL, &coverage);
+  report->rays = opacity.rays;
+  report->saturated_share = opacity.saturated_share;
+  report->alpha_rmse = opacity.alpha_rmse;
+  report->held_out_rmse = opacity.held_out_rmse;
+  report->unconstrained = coverage.unconstrained;
+  report->coverage_degrees = coverage.median_degrees;
+  report->narrow_share = coverage.narrow_share;
+  return status;
+}
+
+// The level's own field, fitted so that each photograph is predicted from its neighbours.
+static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_fit_desc fit = r->recipe.fit;
+  if (level == r->leaf) fit.epochs = r->recipe.leaf_epochs;
+  if (r->desc->time_budget > 0) {
+    fit.begun = r->start;
+    fit.deadline = r->start + 0.9 * r->desc->time_budget;
+  }
+  vt_status status = vt_make_corners(r->context, r->tree->octree.branching, cells);
+  if (!status) status = vt_corners_from_cells(r->context, cells);
+  if (!status) status = vt_fit_field(r->context, &fit, rays, r->tree, cells);
+  if (!status) vt_cells_from_corners(cells);
+  return status;
+}
+
+// Opacity and colour of a level whose rays are there.
+static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  double start = vt_seconds();
+  vt_status status = vt_estimate_level(r, level, rays);
+  if (!status && level == r->leaf) status = prune_level(r, level, rays);
+  double solved = vt_seconds();
+  if (!status) status = vt_estimate_colour(r->context, rays, cells, 0);
+  double coloured = vt_seconds();
+  if (!status && r->recipe.field) status = fit_level(r, level, rays);
+  double fitted = vt_seconds();
+  if (!status && level < r->leaf) status = vt_plan_next_level(r, level, rays);
+  r->report->seconds_opacity += solved - start + (vt_seconds() - fitted);
+  r->report->seconds_colour += coloured - solved;
+  r->report->seconds_refinement += fitted - coloured;
+  r->report->peak_bytes_opacity = vt_peak_bytes(r->context);
+  return status;
+}
+
+static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
+  vt_level_report *report = &r->report->levels[level];
+  double start = vt_seconds();
+  vt_billboard_desc desc = r->recipe.billboard;
+  if (r->desc->prune_thin) desc.least_depth = least_depth(r, level);
+  vt_status status = r->recipe.field ? vt_make_view_textures(r->context, rays, r->recipe.fit.ratio_limit, &r->tree->view_textures[level])
+                                     : vt_make_billboards(r->context, &desc, rays, r->tree);
+  report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
+  report->billboards = r->tree->tiles[level].tile_count;
+  report->seconds_tiles = vt_seconds() - start;
+  r->report->seconds_tiles += report->seconds_tiles;
+  return status;
+}
+
+// A level whose cells cover about a block of the reduced pictures: fine enough to leave out empty pixels, and few.
+int vt_coarse_level_for(const vt_run *r, int level, int factor) {
+  int coarse = level;
+  if (!r->desc->skip_empty_pixels) return 0; // the root's cube: every pixel that can meet anything
+  while (coarse > 0 && vt_cell_pixels(r, coarse) < 8.0 * factor) coarse--;
+  return coarse;
+}
+
+// Everything of one level (already carved) while its rays are in memory.
+vt_status vt_run_level(vt_run *r, int level) {
+  vt_context *context = r->context;
+  vt_octree *octree = &r->tree->octree;
+  vt_level_report *report = &r->report->levels[level];
+  double start = vt_seconds();
+  *report = (vt_level_report){.level = level, .hull_cells = octree->levels[level].cell_count};
+  vt_reduced_views reduced;
+  vt_status status = vt_reduce_for_level(r, level, &reduced);
+  if (status) return status;
+  double walk = vt_seconds();
+  vt_rays rays;
+  status = vt_collect_rays(context, octree, level, vt_coarse_level_for(r, level, reduced.factor), &reduced, vt_ray_bound(r),
+                           &rays);
+  r->report->seconds_rays += vt_seconds() - walk;
+  if (!status) status = solve_level(r, level, &rays);
+  report->cells = octree->levels[level].cell_count;
+  report->seconds_opacity = vt_seconds() - start;
+  vt_log(context, VT_LOG_VERBOSE,
+         "level %d: %u cells in the hull, %u kept, %llu rays, %.1f %% saturated, alpha RMSE %.4f, held out %.4f, seen from "
+         "within %.0f degrees (%.0f %% below 30), %u cells that no ray says anything about, %.2f s",
+         level, report->hull_cells, report->cells, (unsigned long long)report->rays, 100 * report->saturated_share,
+         report->alpha_rmse, report->held_out_rmse, report->coverage_degrees, 100 * report->narrow_share, report->unconstrained,
+         report->seconds_opacity);
+  if (!status && report->cells) status = texture_level(r, level, &rays);
+  if (!status && report->cells) status = vt_probe_level(context, r->tree, level, &reduced);
+  vt_free_rays(context, &rays);
+  vt_free_reduced_views(context, &reduced);
+  return status;
+}
