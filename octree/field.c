@@ -142,6 +142,7 @@ void vt_sample_ratios(const vt_octree *octree, int level, const vt_ray *ray, con
     float t = out->along[k], sum = 0, weights = 0;
     for (int v = 0; v < view_count; v++) {
       const vt_view_texture *texture = views[v].texture;
+      if (!texture->columns) continue;
       float z = a[v][2] + t * b[v][2], inverse = 1 / (z > NEAREST ? z : NEAREST);
       float x = (a[v][0] + t * b[v][0]) * inverse, y = (a[v][1] + t * b[v][1]) * inverse;
       if (!(z > NEAREST && x >= 0 && y >= 0 && x <= (float)texture->width && y <= (float)texture->height)) continue;
