@@ -9,7 +9,8 @@
 //    which is nothing new to zstd; one that is empty itself but not all its cells still tints them, and counts.
 //  * codes of view textures to equal steps of ln R, one of them at R = 1, where half of all pixels are: on 48 views of a maple
 //    16 such levels have an error of 0.10 in 289 kB, 32 levels from end to end 0.10 in 365 kB, and the 8 levels of
-//    least squared error 0.13 in 270 kB.
+//    least squared error 0.13 in 270 kB. A step stands for its middle; the mean of the codes that occur in it has less of
+//    an error, but draws everything closer to R = 1, and pictures lose by it.
 // Codewords rise as numbers RGB, as the file wants them.
 
 #include "compress/field.h"
