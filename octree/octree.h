@@ -214,6 +214,7 @@ typedef struct vt_view_textures {
   vt_view_texture *views; // [view_count]; owned
 } vt_view_textures;
 void vt_free_view_textures(vt_context *, vt_view_textures *);
+uint64_t vt_count_view_pixels(const vt_view_textures *); // kept, of all views
 
 // ==== the tree =======================================================================================================
 

@@ -19,6 +19,13 @@ void vt_free_view_textures(vt_context *context, vt_view_textures *textures) {
   *textures = (vt_view_textures){0};
 }
 
+uint64_t vt_count_view_pixels(const vt_view_textures *textures) {
+  uint64_t sum = 0;
+  for (int v = 0; v < textures->view_count; v++)
+    sum += (uint64_t)textures->views[v].columns * (uint64_t)textures->views[v].rows;
+  return sum;
+}
+
 void vt_free_tree(vt_context *context, vt_tree *tree) {
   vt_free_octree(context, &tree->octree);
   for (int i = 0; i <= VT_MAX_LEVEL; i++) vt_free_tiles(context, &tree->tiles[i]);
@@ -36,10 +43,7 @@ uint64_t vt_texture_bytes(const vt_tree *tree) {
   uint64_t view_bytes = 3 * (uint64_t)tree->field_codebook.codeword_count;
   for (int i = 0; i <= VT_MAX_LEVEL; i++) {
     tiles += tree->tiles[i].tile_count;
-    for (int v = 0; v < tree->view_textures[i].view_count; v++) {
-      const vt_view_texture *t = &tree->view_textures[i].views[v];
-      view_bytes += (uint64_t)t->columns * (uint64_t)t->rows;
-    }
+    view_bytes += vt_count_view_pixels(&tree->view_textures[i]);
   }
   if (!tree->alpha_codebook.codeword_count) return view_bytes + tiles * texels * 4;
   return view_bytes + tiles * 4 + texels * ((uint64_t)tree->alpha_codebook.codeword_count +

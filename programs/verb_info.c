@@ -7,13 +7,6 @@
 
 #include <string.h>
 
-static uint64_t view_pixels(const vt_view_textures *textures) {
-  uint64_t sum = 0;
-  for (int v = 0; v < textures->view_count; v++)
-    sum += (uint64_t)textures->views[v].columns * (uint64_t)textures->views[v].rows;
-  return sum;
-}
-
 // What the levels of a tree are made of, and so what is worth saying.
 typedef struct contents { bool tiles, corners, views; } contents;
 static contents contents_of(const vt_tree *tree) {
@@ -50,7 +43,7 @@ static void say_levels(vt_session *session, const contents *has, const vt_tree *
     if (has->corners)
       vt_say(session, " %10u %9s", (unsigned)level->corner_count, vt_show_bytes(file->level_field_bytes[l], a));
     if (has->views)
-      vt_say(session, " %12llu %7d %9s", (unsigned long long)view_pixels(textures), textures->factor,
+      vt_say(session, " %12llu %7d %9s", (unsigned long long)vt_count_view_pixels(textures), textures->factor,
              vt_show_bytes(file->level_view_bytes[l], a));
     vt_say(session, "  %g\n", vt_cell_edge(&tree->octree, l));
   }
@@ -92,7 +85,7 @@ static void report_levels(vt_json_writer *json, const vt_tree *tree, const vt_fi
     vt_json_put_integer(json, "cells", tree->octree.levels[l].cell_count);
     vt_json_put_integer(json, "billboards", tree->tiles[l].tile_count);
     vt_json_put_integer(json, "corners", tree->octree.levels[l].corner_count);
-    vt_json_put_integer(json, "view_pixels", (long long)view_pixels(&tree->view_textures[l]));
+    vt_json_put_integer(json, "view_pixels", (long long)vt_count_view_pixels(&tree->view_textures[l]));
     vt_json_put_integer(json, "view_factor", tree->view_textures[l].factor);
     vt_json_put_integer(json, "field_bytes", (long long)file->level_field_bytes[l]);
     vt_json_put_integer(json, "view_bytes", (long long)file->level_view_bytes[l]);

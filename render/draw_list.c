@@ -25,7 +25,9 @@ static bool shows_something(const vt_level *level, const vt_tiles *tiles, const 
 
 uint32_t vt_count_billboards(const vt_tree *tree, int number, const vt_view_weights *weights) {
   uint32_t count = 0;
-  if (weights && !tree->tiles[number].view_count) return 0;
+  bool pictures = tree->view_textures[number].view_count > 0; // one for all cells: those show that hold something
+  if (weights && !pictures && !tree->tiles[number].view_count) return 0;
+  if (pictures) weights = NULL;
   for (uint32_t i = 0; i < tree->octree.levels[number].cell_count; i++)
     count += shows_something(&tree->octree.levels[number], &tree->tiles[number], weights, i);
   return count;

@@ -128,7 +128,7 @@ static void damage_with_true_checksums_gives_an_error_or_a_sound_tree(void **sta
     mend_checksums(file, size);
     vt_tree tree, again;
     vt_status status = vt_parse_tree(context, file, size, "oak.vtree", &tree, NULL);
-    if (status == VT_OK && sound++ % 16 == 0) { // each is written to a disk that is waited for
+    if (status == VT_OK && sound++ % 32 == 0) { // each is written to a disk that is waited for
       size_t first_size, second_size;
       uint8_t *first = bytes_of(context, &tree, &first_size);
       assert_int_equal(vt_parse_tree(context, first, first_size, "oak.vtree", &again, NULL), VT_OK);
