@@ -14,11 +14,16 @@
 #include "base/file.h"
 #include "base/hash.h"
 
-#define ZSTD_LEVEL 9 // 1 % smaller than level 3 at half its speed: 0.2 s for 700 000 tiles
+#define ZSTD_LEVEL 9        // 1 % smaller than level 3 at half its speed: 0.2 s for 700 000 tiles
+#define ZSTD_LEVEL_FIELD 17 // of packed fields and view textures: 9 % smaller than level 9, 0.3 s for a million pixels
 
 static void free_chunks(vt_tree_writer *w) {
   for (int i = 0; i < w->count; i++) vt_free(w->context, w->chunks[i].stored);
   w->count = 0;
+}
+
+static bool is_field_kind(vt_chunk_kind kind) { // those of version 1.1
+  return kind == VT_CBKF || kind == VT_COPA || kind == VT_CCOL || kind == VT_VIDX || kind == VT_VCOD;
 }
 
 vt_status vt_add_chunk(vt_tree_writer *w, vt_chunk_kind kind, int level, const void *raw, size_t size) {
@@ -27,7 +32,8 @@ vt_status vt_add_chunk(vt_tree_writer *w, vt_chunk_kind kind, int level, const v
   vt_chunk_out c = {.kind = kind, .level = level, .coding = VT_STORED, .raw_size = size, .stored_size = size};
   if (w->may_pack && size > 0) {
     size_t packed_size;
-    vt_status status = vt_pack_bytes(w->context, raw, size, ZSTD_LEVEL, &c.stored, &packed_size);
+    int zstd_level = w->head.packed && is_field_kind(kind) ? ZSTD_LEVEL_FIELD : ZSTD_LEVEL;
+    vt_status status = vt_pack_bytes(w->context, raw, size, zstd_level, &c.stored, &packed_size);
     if (status) return status;
     if (packed_size < size) {
       c.coding = VT_ZSTD, c.stored_size = packed_size;
@@ -299,10 +305,8 @@ static uint64_t file_size(const vt_tree_writer *w) {
 
 // A file says the least version that knows all of its chunks, so that an older program reads what it can.
 static uint16_t least_minor(const vt_tree_writer *w) {
-  for (int i = 0; i < w->count; i++) {
-    vt_chunk_kind kind = w->chunks[i].kind;
-    if (kind == VT_CBKF || kind == VT_COPA || kind == VT_CCOL || kind == VT_VIDX || kind == VT_VCOD) return VT_FILE_MINOR;
-  }
+  for (int i = 0; i < w->count; i++)
+    if (is_field_kind(w->chunks[i].kind)) return VT_FILE_MINOR;
   return 0;
 }
 
