@@ -222,6 +222,7 @@ static void say_summary(vt_session *session, const work *job) {
   vt_say(session, "  textures %s, %s %s; file %s\n", vt_show_bytes(job->raw_texture_bytes, a),
          job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b),
          vt_show_bytes(job->file.file_bytes, c));
+  if (!job->raw) vt_say_compression(session, &job->compression);
   vt_say(session, "  seconds:");
   for (int i = 0; i < session->stage_count; i++)
     vt_say(session, "%s %s %.1f", i ? "," : "", session->stages[i].name, session->stages[i].seconds);

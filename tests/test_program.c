@@ -338,7 +338,6 @@ static void interrupted_work_leaves_nothing(void **state) {
       execv(VT_PROGRAM, words);
       _exit(99);
     }
-    cmocka_unit_test(trees_without_tiles_are_told_packed_and_exported),
     struct timespec moment = {wait, 0};
     nanosleep(&moment, NULL);
     kill(child, SIGINT);
@@ -367,6 +366,7 @@ int main(void) {
     cmocka_unit_test(render_draws_pictures_turntables_and_sheets),
     cmocka_unit_test(export_writes_a_point_for_each_cell),
     cmocka_unit_test(raw_trees_are_packed_by_compress_once),
+    cmocka_unit_test(trees_without_tiles_are_told_packed_and_exported),
     cmocka_unit_test(play_runs_without_a_window),
     cmocka_unit_test(play_without_a_display_fails_and_does_not_wait),
     cmocka_unit_test(bench_shows_time_and_error),
