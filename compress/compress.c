@@ -14,6 +14,7 @@
 
 #include "compress/blocks.h"
 #include "base/lab.h"
+#include "compress/field.h"
 #include "compress/nearest.h"
 #include "base/rng.h"
 #include <math.h>
@@ -30,7 +31,11 @@ vt_compress_desc vt_default_compress_desc(void) {
                             .stop_gain = 2e-3,
                             .training_tiles = 100000,
                             .seed = 1,
-                            .set_flat_aside = true};
+                            .set_flat_aside = true,
+                            .field_colours = 256,
+                            .depth_steps = 3,
+                            .least_depth = 1.0f / 1024,
+                            .ratio_levels = 16};
 }
 
 // ---- training
@@ -292,7 +297,36 @@ static void check_desc(const vt_compress_desc *d, const vt_tree *raw) {
   VT_ASSERT(d->alpha_codewords >= 1 && d->alpha_codewords <= 65536);
   VT_ASSERT(d->colour_codewords >= 1 && d->colour_codewords <= 65536);
   VT_ASSERT(d->max_iterations >= 1 && d->max_iterations <= 1000 && d->stop_gain >= 0);
+  VT_ASSERT(d->field_colours >= 1 && d->field_colours <= 65536 && d->least_depth >= 1e-30f);
+  VT_ASSERT(d->depth_steps >= 1 && 18 % d->depth_steps == 0 && d->ratio_levels >= 2 && d->ratio_levels <= 256);
   VT_ASSERT(raw->texel_edge >= 1 && raw->texel_edge * raw->texel_edge <= MAX_TEXELS);
+}
+
+// Codebooks and codes of all tiles.
+static vt_status pack_tiles(vt_context *ctx, const vt_compress_desc *desc, const vt_tree *raw, vt_tree *out,
+                            vt_compress_report *report) {
+  vt_gla_report alpha = {0}, colour = {0};
+  training trained = {0};
+  double start = vt_seconds();
+  vt_blocks blocks = vt_make_blocks(raw, desc->quantiser != VT_RGB_GLA);
+  vt_status status = VT_OK;
+  for (int l = 0; !status && l < raw->octree.level_count; l++)
+    status = copy_tile_numbers(ctx, &raw->tiles[l], &out->tiles[l]);
+  if (!status) status = gather_training(ctx, desc, &blocks, &trained);
+  if (!status) status = train_alpha(ctx, desc, &blocks, &trained, &out->alpha_codebook, &alpha);
+  vt_progress(ctx, "compress", 0.15);
+  if (!status) status = train_colour(ctx, desc, &blocks, &trained, &out->colour_codebook, &colour);
+  free_training(ctx, &trained);
+  vt_progress(ctx, "compress", 0.5);
+  report->seconds_training = vt_seconds() - start;
+  start = vt_seconds();
+  if (!status) status = encode_tiles(ctx, &blocks, !desc->set_flat_aside, out, report);
+  report->seconds_encoding = vt_seconds() - start;
+  report->alpha_codewords = out->alpha_codebook.codeword_count;
+  report->colour_codewords = out->colour_codebook.codeword_count;
+  report->alpha_iterations = alpha.iterations;
+  report->colour_iterations = colour.iterations;
+  return status;
 }
 
 vt_status vt_compress_tree(vt_context *ctx, const vt_compress_desc *desc, const vt_tree *raw, vt_tree *out,
@@ -302,36 +336,22 @@ vt_status vt_compress_tree(vt_context *ctx, const vt_compress_desc *desc, const 
   if (vt_is_packed(raw))
     return vt_fail(ctx, VT_BAD_INPUT, "tree: it is compressed already; reconstruct it with --raw to compress it anew");
   vt_compress_report report = {0};
-  vt_gla_report alpha = {0}, colour = {0};
-  training trained = {0};
-  double start = vt_seconds();
-  vt_blocks blocks = vt_make_blocks(raw, desc->quantiser != VT_RGB_GLA);
-  report.tile_count = blocks.first[blocks.level_count];
+  bool field = vt_has_field(raw), tiles = !field;
+  for (int l = 0; l < raw->octree.level_count; l++) {
+    report.tile_count += raw->tiles[l].tile_count;
+    tiles = tiles || raw->tiles[l].view_count > 0;
+  }
   vt_progress(ctx, "compress", 0);
   vt_status status = vt_copy_tree_without_tiles(ctx, raw, out);
-  for (int l = 0; !status && l < raw->octree.level_count; l++)
-    status = copy_tile_numbers(ctx, &raw->tiles[l], &out->tiles[l]);
-  if (!status) status = gather_training(ctx, desc, &blocks, &trained);
-  if (!status) status = train_alpha(ctx, desc, &blocks, &trained, &out->alpha_codebook, &alpha);
-  vt_progress(ctx, "compress", 0.15);
-  if (!status) status = train_colour(ctx, desc, &blocks, &trained, &out->colour_codebook, &colour);
-  free_training(ctx, &trained);
-  vt_progress(ctx, "compress", 0.5);
-  report.seconds_training = vt_seconds() - start;
-  start = vt_seconds();
-  if (!status) status = encode_tiles(ctx, &blocks, !desc->set_flat_aside, out, &report);
+  if (!status && field) status = vt_compress_field(ctx, desc, raw, out, &report);
+  if (!status && tiles) status = pack_tiles(ctx, desc, raw, out, &report);
   vt_progress(ctx, "compress", 1);
   if (status) {
     vt_free_tree(ctx, out);
     return status;
   }
-  report.seconds_encoding = vt_seconds() - start;
   report.raw_bytes = vt_texture_bytes(raw);
   report.packed_bytes = vt_texture_bytes(out);
-  report.alpha_codewords = out->alpha_codebook.codeword_count;
-  report.colour_codewords = out->colour_codebook.codeword_count;
-  report.alpha_iterations = alpha.iterations;
-  report.colour_iterations = colour.iterations;
   if (or_null) *or_null = report;
   return VT_OK;
 }

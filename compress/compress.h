@@ -1,4 +1,4 @@
-// compress.h - billboard textures to codebooks and indices
+// compress.h - billboard textures to codebooks and indices, fields and view textures to few values
 // SPDX-License-Identifier: BSD-3-Clause
 #ifndef VT_COMPRESS_COMPRESS_H
 #define VT_COMPRESS_COMPRESS_H
@@ -26,21 +26,33 @@ typedef struct vt_compress_desc {
   uint64_t seed;
   bool set_flat_aside; // wholly transparent and wholly opaque tiles have codewords of their own, and are neither trained on
                        // nor searched for; false (for `voltree bench skips`): they are vectors like all others
+  int field_colours;   // codewords of the colours of corners (of cells, where there are none), 1..65536
+  int depth_steps;     // to which their optical depths are rounded, an octave: 1, 2, 3, 6, 9 or 18
+  float least_depth;   // thinner corners and cells become empty; > 0
+  int ratio_levels;    // to which the codes of view textures are rounded, 2..256; 256: none is changed
 } vt_compress_desc;
 vt_compress_desc vt_default_compress_desc(void);
 
 typedef struct vt_compress_report {
   uint64_t tile_count;
-  uint64_t raw_bytes, packed_bytes; // of textures in memory
+  uint64_t raw_bytes, packed_bytes; // of textures in memory (what corners and view textures save, only a file shows)
   int alpha_codewords, colour_codewords, alpha_iterations, colour_iterations;
   double alpha_rmse;       // of texels, 0..1
   double colour_psnr;      // dB, RGB of visible texels
   double colour_delta_e;   // mean CIE76 of visible texels
-  double seconds_training, seconds_encoding;
+  double seconds_training, seconds_encoding; // of tiles
+  // Of trees with corners or view textures; else 0.
+  uint64_t corner_count, view_pixels;
+  int field_codewords, ratio_levels;
+  double field_alpha_rmse; // of the opacities 1 - exp(-depth) of corners and cells
+  double field_delta_e;    // mean CIE76 of the colours that show
+  double log_ratio_rmse;   // of ln R
+  double seconds_field;
 } vt_compress_report;
 
 // A raw tree to a packed one; a packed one is VT_BAD_INPUT. Transparent texels pull no colour and no visible texel turns
-// black. Caller frees `out`. VT_OUT_OF_MEMORY, VT_CANCELLED.
+// black. Corners, cells and view textures of a tree that has corners or view textures are rounded to what a packed file
+// holds exactly; a tree with neither keeps its cells as they are. Caller frees `out`. VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_compress_tree(vt_context *, const vt_compress_desc *, const vt_tree *raw, vt_tree *out,
                            vt_compress_report *or_null);
 

@@ -106,8 +106,9 @@ void vt_cells_from_corners(vt_level *level) {
   for (size_t i = 0; i < level->cell_count; i++) {
     float sum[4] = {0, 0, 0, 0};
     for (size_t c = 0; c < 8; c++)
-      for (size_t k = 0; k < 4; k++) sum[k] += level->corner_values[4 * (size_t)level->corner_of[8 * i + c] + k];
-    level->optical_depth[i] = sum[0] / 8;
-    for (size_t k = 0; k < 3; k++) level->colour[3 * i + k] = sum[k + 1] / 8;
+      for (size_t k = 0; k < 4; k++) // an eighth of each, so that the sum of the greatest floats is one
+        sum[k] += 0.125f * level->corner_values[4 * (size_t)level->corner_of[8 * i + c] + k];
+    level->optical_depth[i] = sum[0];
+    for (size_t k = 0; k < 3; k++) level->colour[3 * i + k] = sum[k + 1];
   }
 }

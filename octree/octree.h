@@ -88,6 +88,9 @@ vt_cell_range vt_cells_below(const vt_octree *, int level, uint32_t cell, int fi
 vt_status vt_make_corners(vt_context *, int branching, vt_level *);
 vt_status vt_corners_from_cells(vt_context *, vt_level *); // each corner gets the mean of the cells that touch it
 void vt_cells_from_corners(vt_level *); // each cell gets the mean of its corners
+// Moves optical depths (every `stride`-th float) to rungs that a packed .vtree holds exactly: those below `least` (at least
+// FLT_MIN) become 0, the others low * 2^(k / steps), low the smallest of them; steps an octave: 1, 2, 3, 6, 9 or 18.
+void vt_snap_depths(float *depth, size_t stride, size_t count, float least, int steps_per_octave);
 double vt_cell_edge(const vt_octree *, int level);                         // world
 vt_vec3 vt_cell_centre(const vt_octree *, int level, uint32_t cell);       // world
 
@@ -200,7 +203,8 @@ vt_tile_frame vt_tile_frame_of(const vt_camera *, vt_vec3 cell_centre, double ce
 #define VT_LOG_RATIO_STEP 0.030682533f
 typedef struct vt_view_texture {
   int width, height;            // of the reduced photograph, pixels
-  int left, top, columns, rows; // the part that is kept; beyond it the nearest pixel of its rim counts
+  int left, top, columns, rows; // the part that is kept; beyond it the nearest pixel of its rim counts. Nothing kept
+                                // (columns and rows 0): the view does not count
   uint8_t *codes;               // [rows][columns]; owned
 } vt_view_texture;
 
@@ -210,6 +214,7 @@ typedef struct vt_view_textures {
   vt_view_texture *views; // [view_count]; owned
 } vt_view_textures;
 void vt_free_view_textures(vt_context *, vt_view_textures *);
+uint64_t vt_count_view_pixels(const vt_view_textures *); // kept, of all views
 
 // ==== the tree =======================================================================================================
 
@@ -235,7 +240,7 @@ void vt_free_tiles(vt_context *, vt_tiles *);
 void vt_free_tree(vt_context *, vt_tree *);
 bool vt_has_textures(const vt_tree *, int level); // tiles or view textures
 uint64_t vt_texture_bytes(const vt_tree *); // bytes of textures in memory: texels, or codes and codebooks; view textures
-// A deep copy of everything but tiles and codebooks.
+// A deep copy of everything but tiles and codebooks: cells, corners, view textures, cameras, metadata.
 vt_status vt_copy_tree_without_tiles(vt_context *, const vt_tree *, vt_tree *out);
 
 // ==== compositing ====================================================================================================
@@ -288,6 +293,8 @@ vt_status vt_composite_skipping(vt_context *, const vt_tree *, int level, const 
 
 typedef struct vt_file_report {
   uint64_t file_bytes, cell_bytes, index_bytes, code_bytes, codebook_bytes, texel_bytes; // as stored
+  uint64_t field_bytes, view_bytes; // corners' values; view textures
+  uint64_t level_field_bytes[VT_MAX_LEVEL + 1], level_view_bytes[VT_MAX_LEVEL + 1]; // the same by level
 } vt_file_report;
 // Writes to a temporary name, flushes, renames. VT_FAILED naming the file.
 vt_status vt_write_tree(vt_context *, const vt_tree *, const char *path, vt_file_report *or_null);

@@ -12,7 +12,7 @@ extern "C" {
 
 #define VT_FILE_MAGIC "\x8EVTREE\x1A\x0A" // high bit set; Ctrl-Z and a bare LF catch transfers as text, as in PNG
 #define VT_FILE_MAJOR 1
-#define VT_FILE_MINOR 0
+#define VT_FILE_MINOR 1 // 1: corners and view textures; files without them are written as minor 0
 #define VT_HEADER_BYTES 24u // magic, major, minor, chunk count, file size; the chunk table and a checksum follow
 #define VT_ENTRY_BYTES 32u
 #define VT_CAMERA_BYTES 136u
@@ -22,10 +22,11 @@ extern "C" {
 
 // In the order in which they stand in a file: first those of the whole tree, then level by level.
 typedef enum vt_chunk_kind {
-  VT_META, VT_TREE, VT_CAMS, VT_CBKA, VT_CBKC, VT_CELL, VT_OPAC, VT_COLR, VT_TIDX, VT_TEXL, VT_TCOD,
+  VT_META, VT_TREE, VT_CAMS, VT_CBKA, VT_CBKC, VT_CBKF,
+  VT_CELL, VT_OPAC, VT_COLR, VT_COPA, VT_CCOL, VT_TIDX, VT_TEXL, VT_TCOD, VT_VIDX, VT_VCOD,
   VT_CHUNK_KINDS // also: a kind this version does not know
 } vt_chunk_kind;
-#define VT_CHUNK_TYPES "METATREECAMSCBKACBKCCELLOPACCOLRTIDXTEXLTCOD"
+#define VT_CHUNK_TYPES "METATREECAMSCBKACBKCCBKFCELLOPACCOLRCOPACCOLTIDXTEXLTCODVIDXVCOD"
 #define VT_MAX_CHUNKS (VT_CELL + (VT_CHUNK_KINDS - VT_CELL) * (VT_MAX_LEVEL + 1))
 
 typedef enum vt_chunk_coding { VT_STORED, VT_ZSTD } vt_chunk_coding;
@@ -43,7 +44,11 @@ typedef struct vt_tree_head {
     uint32_t cell_count, tile_count;
     vt_cell_form form;
     bool has_tiles;
+    bool has_views;        // these three are not in the chunk: they follow from the chunk table
+    uint32_t corner_count; // 0: cells are constant
+    uint64_t code_count;   // of all view textures
   } level[VT_MAX_LEVEL + 1];
+  uint32_t field_codewords; // likewise; 0: the tree has no field codebook
 } vt_tree_head;
 #define VT_HEAD_BYTES(level_count) (56u + 12u * (size_t)(level_count))
 
@@ -106,31 +111,29 @@ static inline uint64_t vt_tree_memory(const vt_tree_head *head) {
     uint64_t cells = head->level[l].cell_count;
     sum += vt_brick_memory_bound(head->branching, l, cells) + cells * 22 + head->level[l].tile_count * tile_bytes;
     if (head->level[l].has_tiles) sum += cells * (uint64_t)head->view_count * 4;
+    if (head->level[l].corner_count) sum += cells * 160; // at most 8 corners a cell: they are counted after they are made
+    if (head->level[l].has_views) sum += (uint64_t)head->view_count * 40 + head->level[l].code_count;
   }
   return sum;
 }
+
+static inline uint8_t vt_colour_byte(float c) { return (uint8_t)(c > 0 ? (c < 1 ? c * 255 + 0.5f : 255) : 0); } // NaN: 0
 
 static inline uint64_t *vt_report_slot(vt_file_report *report, vt_chunk_kind kind) {
   switch (kind) {
   case VT_CELL: case VT_OPAC: case VT_COLR: return &report->cell_bytes;
   case VT_TIDX: return &report->index_bytes;
   case VT_TCOD: return &report->code_bytes;
-  case VT_CBKA: case VT_CBKC: return &report->codebook_bytes;
+  case VT_COPA: case VT_CCOL: return &report->field_bytes;
+  case VT_VIDX: case VT_VCOD: return &report->view_bytes;
+  case VT_CBKA: case VT_CBKC: case VT_CBKF: return &report->codebook_bytes;
   case VT_TEXL: return &report->texel_bytes;
   default: return NULL;
   }
 }
-
-// ---- optical depth as a logarithmic code: code k > 0 means low * 2^((k - 1) / 18), 0 means 0. Neighbouring codes differ
-// by 3.93 %, so a depth is off by at most 1.95 %. The table and not exp2: the same bits with every maths library.
-#define VT_CODES_PER_OCTAVE 18
-static inline double vt_depth_ratio(uint32_t step) {
-  static const double octave[VT_CODES_PER_OCTAVE] = {
-      1.0, 1.0392592260318434, 1.080059738892306, 1.122462048309373, 1.1665290395761165,
-      1.2123260668135445, 1.2599210498948732, 1.3093845751749735, 1.360790000174377, 1.4142135623730951,
-      1.4697344922755988, 1.5274351309146432, 1.5874010519681994, 1.649721188670605, 1.7144879657061456,
-      1.7817974362806785, 1.8517494245745807, 1.9244476737882903};
-  return ldexp(octave[step % VT_CODES_PER_OCTAVE], (int)(step / VT_CODES_PER_OCTAVE));
+static inline void vt_add_level_bytes(vt_file_report *report, vt_chunk_kind kind, int level, uint64_t bytes) {
+  if (kind == VT_COPA || kind == VT_CCOL) report->level_field_bytes[level] += bytes;
+  if (kind == VT_VIDX || kind == VT_VCOD) report->level_view_bytes[level] += bytes;
 }
 
 #ifdef __cplusplus

@@ -6,40 +6,29 @@
 // chunks, then the small TREE chunk, from whose counts the size of every other chunk follows; only then are they unpacked.
 // Checksums find accidents, not malice, so every value is checked again for itself. A file may not ask for more memory
 // than its length justifies (vt_tree_memory), which keeps a few kB of zstd from becoming a few GB of tree.
-#include "octree/tree_file.h"
+#include "octree/tree_file_read.h"
+#include "octree/depth_ladder.h"
+#include "octree/tree_file_field.h"
 #include "base/byte_codec.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include <float.h>
 
-typedef struct chunk {
-  bool present;
-  vt_chunk_coding coding;
-  uint64_t raw_size, stored_size;
-  const uint8_t *bytes; // as stored; borrowed from the file
-} chunk;
-
-typedef struct reader {
-  vt_context *context;
-  const char *name; // of the file, for the sentence
-  const uint8_t *bytes;
-  size_t size;
-  vt_tree_head head;
-  chunk chunks[VT_CHUNK_KINDS][VT_MAX_LEVEL + 1];
-  vt_tree *tree;
-} reader;
-
-#define CURE "the file is damaged or cut short; make it again"
-
-static vt_status refuse(const reader *r, const char *why) {
-  return vt_fail(r->context, VT_BAD_INPUT, "%s: %s; " CURE, r->name, why);
+// What to do about a file that cannot be read.
+static const char *cure_of(const vt_tree_reader *r) {
+  return r->is_newer ? "the file is newer than this program; use a newer voltree"
+                     : "the file is damaged or cut short; make it again";
 }
 
-static vt_status refuse_chunk(const reader *r, vt_chunk_kind kind, int level, const char *why) {
+static vt_status refuse(const vt_tree_reader *r, const char *why) {
+  return vt_fail(r->context, VT_BAD_INPUT, "%s: %s; %s", r->name, why, cure_of(r));
+}
+
+vt_status vt_refuse_chunk(const vt_tree_reader *r, vt_chunk_kind kind, int level, const char *why) {
   if (kind < VT_CELL)
-    return vt_fail(r->context, VT_BAD_INPUT, "%s: chunk %.4s %s; " CURE, r->name, &VT_CHUNK_TYPES[4 * kind], why);
-  return vt_fail(r->context, VT_BAD_INPUT, "%s: chunk %.4s of level %d %s; " CURE, r->name, &VT_CHUNK_TYPES[4 * kind],
-                 level, why);
+    return vt_fail(r->context, VT_BAD_INPUT, "%s: chunk %.4s %s; %s", r->name, &VT_CHUNK_TYPES[4 * kind], why, cure_of(r));
+  return vt_fail(r->context, VT_BAD_INPUT, "%s: chunk %.4s of level %d %s; %s", r->name, &VT_CHUNK_TYPES[4 * kind], level,
+                 why, cure_of(r));
 }
 
 // ==== header and table ===============================================================================================
@@ -50,7 +39,7 @@ static vt_chunk_kind kind_of(const uint8_t *type) {
   return VT_CHUNK_KINDS;
 }
 
-static vt_status read_header(const reader *r, size_t *chunk_count) {
+static vt_status read_header(const vt_tree_reader *r, size_t *chunk_count) {
   if (r->size < VT_HEADER_BYTES + 8 || memcmp(r->bytes, VT_FILE_MAGIC, 8) != 0)
     return vt_fail(r->context, VT_BAD_INPUT, "%s: is no .vtree file (it does not begin like one); name a file that "
                    "voltree wrote", r->name);
@@ -69,31 +58,32 @@ static vt_status read_header(const reader *r, size_t *chunk_count) {
 
 // Finds every chunk, checks that they fill the file without gaps and stand in canonical order (so none comes twice), and
 // compares their checksums; chunks of unknown type are passed over.
-static vt_status read_table(reader *r) {
+static vt_status read_table(vt_tree_reader *r) {
   size_t count = 0;
   vt_status status = read_header(r, &count);
   if (status) return status;
+  r->is_newer = vt_get_u16(r->bytes + 10) > VT_FILE_MINOR;
   size_t at = VT_HEADER_BYTES + VT_ENTRY_BYTES * count + 8;
   int last_rank = -1;
   for (size_t i = 0; i < count; i++) {
     const uint8_t *entry = r->bytes + VT_HEADER_BYTES + VT_ENTRY_BYTES * i;
     vt_chunk_kind kind = kind_of(entry);
     int level = entry[4];
-    chunk c = {.present = true, .coding = (vt_chunk_coding)entry[5], .bytes = r->bytes + at};
+    vt_chunk_in c = {.present = true, .coding = (vt_chunk_coding)entry[5], .bytes = r->bytes + at};
     c.stored_size = vt_get_u64(entry + 8), c.raw_size = vt_get_u64(entry + 16);
     if (c.stored_size > r->size - at) return refuse(r, "a chunk reaches beyond the end");
     at += (size_t)c.stored_size;
     if (vt_hash(c.bytes, (size_t)c.stored_size, 0) != vt_get_u64(entry + 24)) {
-      if (kind < VT_CHUNK_KINDS) return refuse_chunk(r, kind, level, "does not match its checksum");
+      if (kind < VT_CHUNK_KINDS) return vt_refuse_chunk(r, kind, level, "does not match its checksum");
       return refuse(r, "a chunk does not match its checksum");
     }
     if (kind == VT_CHUNK_KINDS) continue;
-    if (level > (kind < VT_CELL ? 0 : VT_MAX_LEVEL)) return refuse_chunk(r, kind, level, "has a level that cannot be");
-    if (entry[5] > VT_ZSTD) return refuse_chunk(r, kind, level, "has an unknown coding");
-    if (vt_get_u16(entry + 6) != 0) return refuse_chunk(r, kind, level, "has unknown flags");
-    if (c.coding == VT_STORED && c.raw_size != c.stored_size) return refuse_chunk(r, kind, level, "has two sizes");
+    if (level > (kind < VT_CELL ? 0 : VT_MAX_LEVEL)) return vt_refuse_chunk(r, kind, level, "has a level that cannot be");
+    if (entry[5] > VT_ZSTD) return vt_refuse_chunk(r, kind, level, "has an unknown coding");
+    if (vt_get_u16(entry + 6) != 0) return vt_refuse_chunk(r, kind, level, "has unknown flags");
+    if (c.coding == VT_STORED && c.raw_size != c.stored_size) return vt_refuse_chunk(r, kind, level, "has two sizes");
     int rank = kind < VT_CELL ? (int)kind : level * VT_CHUNK_KINDS + (int)kind;
-    if (rank <= last_rank) return refuse_chunk(r, kind, level, "comes twice or too late");
+    if (rank <= last_rank) return vt_refuse_chunk(r, kind, level, "comes twice or too late");
     last_rank = rank;
     r->chunks[kind][level] = c;
   }
@@ -101,9 +91,8 @@ static vt_status read_table(reader *r) {
   return VT_OK;
 }
 
-// The unpacked bytes of a chunk; *owned is what the caller has to free afterwards.
-static vt_status open_chunk(const reader *r, vt_chunk_kind kind, int level, const uint8_t **raw, uint8_t **owned) {
-  const chunk *c = &r->chunks[kind][level];
+vt_status vt_open_chunk(const vt_tree_reader *r, vt_chunk_kind kind, int level, const uint8_t **raw, uint8_t **owned) {
+  const vt_chunk_in *c = &r->chunks[kind][level];
   *owned = NULL;
   if (vt_cancelled(r->context)) return vt_fail(r->context, VT_CANCELLED, "%s: reading was interrupted", r->name);
   if (c->coding == VT_STORED) {
@@ -126,33 +115,35 @@ static vt_status open_chunk(const reader *r, vt_chunk_kind kind, int level, cons
 
 // ==== the counts =====================================================================================================
 
-static vt_status check_head(const reader *r, const vt_tree_head *h) {
+static vt_status check_head(const vt_tree_reader *r, const vt_tree_head *h) {
   if (!vt_is_root_cube(h->origin, h->edge))
-    return refuse_chunk(r, VT_TREE, 0, "has a root cube that is not finite or has no extent");
-  if (!(h->tile_side >= 1 && h->tile_side <= 1.8f)) return refuse_chunk(r, VT_TREE, 0, "has an impossible tile side");
+    return vt_refuse_chunk(r, VT_TREE, 0, "has a root cube that is not finite or has no extent");
+  if (!(h->tile_side >= 1 && h->tile_side <= 1.8f)) return vt_refuse_chunk(r, VT_TREE, 0, "has an impossible tile side");
   uint64_t views = (uint64_t)h->view_count;
   for (int l = 0; l < h->level_count; l++) {
     uint64_t axis = vt_axis_cells(h->branching, l), cells = h->level[l].cell_count, tiles = h->level[l].tile_count;
-    if (cells > axis * axis * axis) return refuse_chunk(r, VT_TREE, 0, "counts more cells than a level can have");
+    if (cells > axis * axis * axis) return vt_refuse_chunk(r, VT_TREE, 0, "counts more cells than a level can have");
     if (tiles > (h->level[l].has_tiles ? views * cells : 0) || tiles == VT_NO_TILE)
-      return refuse_chunk(r, VT_TREE, 0, "counts more tiles than views and cells allow");
-    if (h->level[l].has_tiles && views == 0) return refuse_chunk(r, VT_TREE, 0, "has tiles without views");
-    if (l == 0 && h->level[l].form != VT_MORTON_GAPS) return refuse_chunk(r, VT_TREE, 0, "gives the root a parent");
+      return vt_refuse_chunk(r, VT_TREE, 0, "counts more tiles than views and cells allow");
+    if (h->level[l].has_tiles && views == 0) return vt_refuse_chunk(r, VT_TREE, 0, "has tiles without views");
+    if (h->level[l].has_views && (views == 0 || h->level[l].has_tiles))
+      return vt_refuse_chunk(r, VT_VIDX, l, "stands beside tiles or without views");
+    if (l == 0 && h->level[l].form != VT_MORTON_GAPS) return vt_refuse_chunk(r, VT_TREE, 0, "gives the root a parent");
   }
   if (vt_tree_memory(h) > VT_FREE_MEMORY + VT_MEMORY_PER_BYTE * (uint64_t)r->size)
-    return refuse_chunk(r, VT_TREE, 0, "counts more than a file of this length can hold");
+    return vt_refuse_chunk(r, VT_TREE, 0, "counts more than a file of this length can hold");
   return VT_OK;
 }
 
-static vt_status read_head(reader *r) {
-  const chunk *c = &r->chunks[VT_TREE][0];
+static vt_status read_head(vt_tree_reader *r) {
+  const vt_chunk_in *c = &r->chunks[VT_TREE][0];
   vt_tree_head *h = &r->head;
-  if (!c->present) return refuse_chunk(r, VT_TREE, 0, "is missing");
+  if (!c->present) return vt_refuse_chunk(r, VT_TREE, 0, "is missing");
   if (c->raw_size < VT_HEAD_BYTES(1) || c->raw_size > VT_HEAD_BYTES(VT_MAX_LEVEL + 1))
-    return refuse_chunk(r, VT_TREE, 0, "has a wrong size");
+    return vt_refuse_chunk(r, VT_TREE, 0, "has a wrong size");
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_TREE, 0, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_TREE, 0, &raw, &owned);
   if (status) return status;
   uint32_t branching = vt_get_u32(raw + 32), levels = vt_get_u32(raw + 36), texel_edge = vt_get_u32(raw + 40);
   uint32_t views = vt_get_u32(raw + 48), packed = vt_get_u32(raw + 52);
@@ -171,12 +162,14 @@ static vt_status read_head(reader *r) {
     }
   }
   vt_free(r->context, owned);
-  return good ? check_head(r, h) : refuse_chunk(r, VT_TREE, 0, "has a number outside its range");
+  if (!good) return vt_refuse_chunk(r, VT_TREE, 0, "has a number outside its range");
+  status = vt_describe_field_chunks(r);
+  return status ? status : check_head(r, h);
 }
 
 // What the counts say about a chunk: its size, the other size it may have, or that it must not be there.
 static bool expected_size(const vt_tree_head *h, vt_chunk_kind kind, int level, uint64_t raw_size) {
-  uint64_t texels = (uint64_t)(h->texel_edge * h->texel_edge);
+  uint64_t texels = (uint64_t)(h->texel_edge * h->texel_edge), corners = h->level[level].corner_count;
   uint64_t cells = h->level[level].cell_count, tiles = h->level[level].tile_count;
   switch (kind) {
   case VT_META: return raw_size <= VT_MAX_METADATA;
@@ -189,7 +182,10 @@ static bool expected_size(const vt_tree_head *h, vt_chunk_kind kind, int level, 
                             ? cells * 4
                             : h->level[level - 1].cell_count * (uint64_t)vt_mask_bytes(h->branching));
   case VT_OPAC: return h->packed ? raw_size == 4 + cells || raw_size == 4 + 2 * cells : raw_size == 4 * cells;
-  case VT_COLR: return raw_size == 3 * cells;
+  case VT_COLR: return raw_size == (!h->field_codewords ? 3 : h->field_codewords > 256 ? 2 : 1) * cells;
+  case VT_COPA: return h->packed ? raw_size == 4 + corners || raw_size == 4 + 2 * corners : raw_size == 4 * corners;
+  case VT_VIDX: return raw_size == 4 + (uint64_t)h->view_count * 24;
+  case VT_CCOL: case VT_VCOD: case VT_CBKF: return true; // their own counts follow from them
   case VT_TIDX: return raw_size == ((uint64_t)h->view_count * cells + 7) / 8;
   case VT_TEXL: return raw_size == tiles * texels * 4;
   case VT_TCOD: return raw_size == tiles * 4;
@@ -197,10 +193,16 @@ static bool expected_size(const vt_tree_head *h, vt_chunk_kind kind, int level, 
   }
 }
 
-static bool is_wanted(const vt_tree_head *h, vt_chunk_kind kind, int level) {
+// `has_tile_books`: the tree needs codebooks of tiles, or has them all the same.
+static bool is_wanted(const vt_tree_head *h, vt_chunk_kind kind, int level, bool has_tile_books) {
   if (level >= h->level_count) return false;
+  bool has_corners = h->level[level].corner_count > 0, has_views = h->level[level].has_views;
   switch (kind) {
-  case VT_CBKA: case VT_CBKC: return h->packed;
+  case VT_CBKA: case VT_CBKC: return h->packed && (has_tile_books || !h->field_codewords);
+  case VT_CBKF: return h->packed && h->field_codewords;
+  case VT_OPAC: case VT_COLR: return !has_corners;
+  case VT_COPA: case VT_CCOL: return has_corners;
+  case VT_VIDX: case VT_VCOD: return has_views;
   case VT_TIDX: return h->level[level].has_tiles;
   case VT_TEXL: return h->level[level].has_tiles && !h->packed;
   case VT_TCOD: return h->level[level].has_tiles && h->packed;
@@ -208,22 +210,29 @@ static bool is_wanted(const vt_tree_head *h, vt_chunk_kind kind, int level) {
   }
 }
 
-static vt_status check_chunks(const reader *r) {
+static bool has_tile_books(const vt_tree_reader *r) {
+  bool some = r->chunks[VT_CBKA][0].present || r->chunks[VT_CBKC][0].present;
+  for (int l = 0; l < r->head.level_count; l++) some = some || r->head.level[l].has_tiles;
+  return some;
+}
+
+static vt_status check_chunks(const vt_tree_reader *r) {
+  bool tile_books = has_tile_books(r);
   for (int kind = 0; kind < VT_CHUNK_KINDS; kind++)
     for (int level = 0; level <= (kind < VT_CELL ? 0 : VT_MAX_LEVEL); level++) {
-      const chunk *c = &r->chunks[kind][level];
-      bool wanted = is_wanted(&r->head, (vt_chunk_kind)kind, level);
-      if (c->present && !wanted) return refuse_chunk(r, (vt_chunk_kind)kind, level, "should not be there");
-      if (!c->present && wanted) return refuse_chunk(r, (vt_chunk_kind)kind, level, "is missing");
+      const vt_chunk_in *c = &r->chunks[kind][level];
+      bool wanted = is_wanted(&r->head, (vt_chunk_kind)kind, level, tile_books);
+      if (c->present && !wanted) return vt_refuse_chunk(r, (vt_chunk_kind)kind, level, "should not be there");
+      if (!c->present && wanted) return vt_refuse_chunk(r, (vt_chunk_kind)kind, level, "is missing");
       if (wanted && !expected_size(&r->head, (vt_chunk_kind)kind, level, c->raw_size))
-        return refuse_chunk(r, (vt_chunk_kind)kind, level, "has a size that does not fit the counts of the tree");
+        return vt_refuse_chunk(r, (vt_chunk_kind)kind, level, "has a size that does not fit the counts of the tree");
     }
   return VT_OK;
 }
 
 // ==== cells ==========================================================================================================
 
-static bool cells_from_masks(const reader *r, int l, const uint8_t *masks, vt_level *out) {
+static bool cells_from_masks(const vt_tree_reader *r, int l, const uint8_t *masks, vt_level *out) {
   unsigned branching = (unsigned)r->head.branching, children = branching == 2 ? 8 : 27;
   size_t mask_bytes = vt_mask_bytes(r->head.branching);
   const vt_level *parents = &r->tree->octree.levels[l - 1];
@@ -243,7 +252,7 @@ static bool cells_from_masks(const reader *r, int l, const uint8_t *masks, vt_le
   return found == count;
 }
 
-static bool cells_from_gaps(const reader *r, int l, const uint8_t *planes, vt_level *out) {
+static bool cells_from_gaps(const vt_tree_reader *r, int l, const uint8_t *planes, vt_level *out) {
   unsigned branching = (unsigned)r->head.branching;
   uint64_t axis = vt_axis_cells(r->head.branching, l), next = 0;
   size_t count = r->head.level[l].cell_count;
@@ -260,46 +269,31 @@ static bool cells_from_gaps(const reader *r, int l, const uint8_t *planes, vt_le
   return true;
 }
 
-static vt_status read_cells(const reader *r, int l) {
+static vt_status read_cells(const vt_tree_reader *r, int l) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_CELL, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_CELL, l, &raw, &owned);
   if (status) return status;
   vt_level *out = &r->tree->octree.levels[l];
   status = vt_allocate_level(r->context, r->head.branching, l, r->head.level[l].cell_count, out);
   if (!status && !(r->head.level[l].form == VT_CHILD_MASKS ? cells_from_masks(r, l, raw, out)
                                                            : cells_from_gaps(r, l, raw, out)))
-    status = refuse_chunk(r, VT_CELL, l, "has cells that cannot be or another number of them");
+    status = vt_refuse_chunk(r, VT_CELL, l, "has cells that cannot be or another number of them");
   if (!status) status = vt_build_bricks(r->context, r->head.branching, out);
   vt_free(r->context, owned);
   return status;
 }
 
-static bool depths_from_codes(const uint8_t *raw, size_t count, bool wide, float *depth) {
-  float low = vt_get_f32(raw);
-  if (!(low == 0 || (low >= FLT_MIN && low <= FLT_MAX)) || signbit(low)) return false;
-  bool has_low = low == 0, has_wide = !wide; // one way to say it: `low` occurs, two planes only where codes need them
-  for (size_t i = 0; i < count; i++) {
-    uint32_t code = raw[4 + i] | (wide ? (uint32_t)raw[4 + count + i] << 8 : 0);
-    if (code > 0 && (low == 0 || code > 300 * VT_CODES_PER_OCTAVE)) return false;
-    double value = code > 0 ? low * vt_depth_ratio(code - 1) : 0;
-    if (value > FLT_MAX * 1.04) return false;
-    depth[i] = value < FLT_MAX ? (float)value : FLT_MAX; // the largest may have been rounded up
-    has_low = has_low || code == 1, has_wide = has_wide || code > 255;
-  }
-  return has_low && has_wide;
-}
-
-static vt_status read_depths(const reader *r, int l) {
+static vt_status read_depths(const vt_tree_reader *r, int l) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_OPAC, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_OPAC, l, &raw, &owned);
   if (status) return status;
   size_t count = r->head.level[l].cell_count;
   float *depth = r->tree->octree.levels[l].optical_depth;
   bool good = true;
   if (r->head.packed) {
-    good = depths_from_codes(raw, count, r->chunks[VT_OPAC][l].raw_size > 4 + count, depth);
+    good = vt_decode_depths(raw, count, r->chunks[VT_OPAC][l].raw_size > 4 + count, depth, 1);
   } else {
     for (size_t i = 0; i < count; i++) {
       const uint8_t bytes[4] = {raw[i], raw[count + i], raw[2 * count + i], raw[3 * count + i]};
@@ -308,13 +302,13 @@ static vt_status read_depths(const reader *r, int l) {
     }
   }
   vt_free(r->context, owned);
-  return good ? VT_OK : refuse_chunk(r, VT_OPAC, l, "has an optical depth that is negative or not finite");
+  return good ? VT_OK : vt_refuse_chunk(r, VT_OPAC, l, "has an optical depth that is negative or not finite");
 }
 
-static vt_status read_colours(const reader *r, int l) {
+static vt_status read_colours(const vt_tree_reader *r, int l) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_COLR, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_COLR, l, &raw, &owned);
   if (status) return status;
   size_t count = r->head.level[l].cell_count;
   float *colour = r->tree->octree.levels[l].colour;
@@ -326,7 +320,7 @@ static vt_status read_colours(const reader *r, int l) {
 
 // ==== tiles ==========================================================================================================
 
-static vt_status read_tile_index(const reader *r, int l) {
+static vt_status read_tile_index(const vt_tree_reader *r, int l) {
   vt_tiles *tiles = &r->tree->tiles[l];
   tiles->view_count = r->head.view_count, tiles->cell_count = r->head.level[l].cell_count;
   tiles->tile_count = r->head.level[l].tile_count;
@@ -335,20 +329,20 @@ static vt_status read_tile_index(const reader *r, int l) {
   if (!tiles->tile_of) return VT_OUT_OF_MEMORY;
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_TIDX, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_TIDX, l, &raw, &owned);
   if (status) return status;
   uint64_t found = 0;
   for (size_t i = 0; i < pairs; i++) tiles->tile_of[i] = raw[i / 8] >> i % 8 & 1 ? (uint32_t)found++ : VT_NO_TILE;
   bool padded = pairs % 8 == 0 || raw[pairs / 8] >> pairs % 8 == 0;
   vt_free(r->context, owned);
-  return padded && found == tiles->tile_count ? VT_OK : refuse_chunk(r, VT_TIDX, l, "has another number of tiles");
+  return padded && found == tiles->tile_count ? VT_OK : vt_refuse_chunk(r, VT_TIDX, l, "has another number of tiles");
 }
 
-static vt_status read_texels(const reader *r, int l) {
+static vt_status read_texels(const vt_tree_reader *r, int l) {
   size_t size = (size_t)r->chunks[VT_TEXL][l].raw_size;
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_TEXL, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_TEXL, l, &raw, &owned);
   if (status) return status;
   if (!owned) { // stored: the tree needs bytes of its own
     owned = VT_NEW(r->context, uint8_t, size);
@@ -359,7 +353,7 @@ static vt_status read_texels(const reader *r, int l) {
   return VT_OK;
 }
 
-static vt_status read_codes(const reader *r, int l) {
+static vt_status read_codes(const vt_tree_reader *r, int l) {
   vt_tiles *tiles = &r->tree->tiles[l];
   size_t count = tiles->tile_count;
   tiles->alpha_code = VT_NEW(r->context, uint16_t, count);
@@ -367,7 +361,7 @@ static vt_status read_codes(const reader *r, int l) {
   if (!tiles->alpha_code || !tiles->colour_code) return VT_OUT_OF_MEMORY;
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_TCOD, l, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_TCOD, l, &raw, &owned);
   if (status) return status;
   unsigned alpha_max = 0, colour_max = 0;
   for (size_t i = 0; i < count; i++) {
@@ -380,20 +374,20 @@ static vt_status read_codes(const reader *r, int l) {
   vt_free(r->context, owned);
   if (count > 0 && (alpha_max >= (unsigned)r->tree->alpha_codebook.codeword_count ||
                     colour_max >= (unsigned)r->tree->colour_codebook.codeword_count))
-    return refuse_chunk(r, VT_TCOD, l, "names a codeword that its codebook does not have");
+    return vt_refuse_chunk(r, VT_TCOD, l, "names a codeword that its codebook does not have");
   return VT_OK;
 }
 
 // ==== the whole tree =================================================================================================
 
-static vt_status read_metadata(const reader *r) {
+static vt_status read_metadata(const vt_tree_reader *r) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_META, 0, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_META, 0, &raw, &owned);
   if (status) return status;
   size_t size = (size_t)r->chunks[VT_META][0].raw_size;
   if (!vt_looks_like_object((const char *)raw, size)) {
-    status = refuse_chunk(r, VT_META, 0, "is no JSON object");
+    status = vt_refuse_chunk(r, VT_META, 0, "is no JSON object");
   } else {
     r->tree->metadata = VT_NEW(r->context, char, size + 1);
     if (!r->tree->metadata) status = VT_OUT_OF_MEMORY;
@@ -403,10 +397,10 @@ static vt_status read_metadata(const reader *r) {
   return status;
 }
 
-static vt_status read_cameras(const reader *r) {
+static vt_status read_cameras(const vt_tree_reader *r) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, VT_CAMS, 0, &raw, &owned);
+  vt_status status = vt_open_chunk(r, VT_CAMS, 0, &raw, &owned);
   if (status) return status;
   r->tree->cameras = VT_NEW(r->context, vt_camera, (size_t)r->head.view_count);
   if (!r->tree->cameras) status = VT_OUT_OF_MEMORY;
@@ -426,10 +420,10 @@ static vt_status read_cameras(const reader *r) {
   return status;
 }
 
-static vt_status read_codebook(const reader *r, vt_chunk_kind kind, int channels, vt_codebook *book) {
+static vt_status read_codebook(const vt_tree_reader *r, vt_chunk_kind kind, int channels, vt_codebook *book) {
   const uint8_t *raw;
   uint8_t *owned;
-  vt_status status = open_chunk(r, kind, 0, &raw, &owned);
+  vt_status status = vt_open_chunk(r, kind, 0, &raw, &owned);
   if (status) return status;
   size_t size = (size_t)r->chunks[kind][0].raw_size;
   *book = (vt_codebook){.channels = channels,
@@ -441,7 +435,24 @@ static vt_status read_codebook(const reader *r, vt_chunk_kind kind, int channels
   return status;
 }
 
-static vt_status read_all_chunks(const reader *r) {
+static vt_status read_level(const vt_tree_reader *r, int l) {
+  const vt_tree_head *h = &r->head;
+  vt_status status = read_cells(r, l);
+  if (!status && h->level[l].corner_count) {
+    status = vt_read_corners(r, l);
+  } else {
+    if (!status) status = read_depths(r, l);
+    if (!status) status = h->field_codewords ? vt_read_coded_colours(r, l) : read_colours(r, l);
+  }
+  if (!status && h->level[l].has_tiles) {
+    status = read_tile_index(r, l);
+    if (!status) status = h->packed ? read_codes(r, l) : read_texels(r, l);
+  }
+  if (!status && h->level[l].has_views) status = vt_read_view_textures(r, l);
+  return status;
+}
+
+static vt_status read_all_chunks(const vt_tree_reader *r) {
   const vt_tree_head *h = &r->head;
   vt_tree *tree = r->tree;
   tree->octree = (vt_octree){.origin = h->origin, .edge = h->edge, .branching = h->branching,
@@ -449,31 +460,28 @@ static vt_status read_all_chunks(const reader *r) {
   tree->texel_edge = h->texel_edge, tree->tile_side = h->tile_side, tree->view_count = h->view_count;
   vt_status status = read_metadata(r);
   if (!status) status = read_cameras(r);
-  if (!status && h->packed) status = read_codebook(r, VT_CBKA, 1, &tree->alpha_codebook);
-  if (!status && h->packed) status = read_codebook(r, VT_CBKC, 3, &tree->colour_codebook);
-  for (int l = 0; !status && l < h->level_count; l++) {
-    status = read_cells(r, l);
-    if (!status) status = read_depths(r, l);
-    if (!status) status = read_colours(r, l);
-    if (!h->level[l].has_tiles) continue;
-    if (!status) status = read_tile_index(r, l);
-    if (!status) status = h->packed ? read_codes(r, l) : read_texels(r, l);
-  }
+  bool tile_books = r->chunks[VT_CBKA][0].present;
+  if (!status && tile_books) status = read_codebook(r, VT_CBKA, 1, &tree->alpha_codebook);
+  if (!status && tile_books) status = read_codebook(r, VT_CBKC, 3, &tree->colour_codebook);
+  if (!status && h->field_codewords) status = vt_read_field_codebook(r);
+  for (int l = 0; !status && l < h->level_count; l++) status = read_level(r, l);
   return status;
 }
 
-static void report_sizes(const reader *r, vt_file_report *report) {
+static void report_sizes(const vt_tree_reader *r, vt_file_report *report) {
   *report = (vt_file_report){.file_bytes = r->size};
   for (int kind = 0; kind < VT_CHUNK_KINDS; kind++) {
     uint64_t *sum = vt_report_slot(report, (vt_chunk_kind)kind);
     for (int l = 0; sum && l <= VT_MAX_LEVEL; l++) *sum += r->chunks[kind][l].stored_size;
+    for (int l = 0; l <= VT_MAX_LEVEL; l++)
+      vt_add_level_bytes(report, (vt_chunk_kind)kind, l, r->chunks[kind][l].stored_size);
   }
 }
 
 vt_status vt_parse_tree(vt_context *context, const uint8_t *bytes, size_t size, const char *name, vt_tree *out,
                         vt_file_report *report) {
   *out = (vt_tree){0};
-  reader r = {.context = context, .name = name, .bytes = bytes, .size = size, .tree = out};
+  vt_tree_reader r = {.context = context, .name = name, .bytes = bytes, .size = size, .tree = out};
   vt_status status = read_table(&r);
   if (!status) status = read_head(&r);
   if (!status) status = check_chunks(&r);

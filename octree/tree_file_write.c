@@ -7,44 +7,33 @@
 // shrinks to one bit per (view, cell); depths become the nearest code above the smallest depth of their level, which is
 // itself a code. So writing what was read gives the same bytes again. Numbers of several bytes are split into planes (all
 // lowest bytes first), because zstd finds the nearly constant high bytes only when they stand together.
-#include "octree/tree_file.h"
+#include "octree/tree_file_write.h"
+#include "octree/depth_ladder.h"
+#include "octree/tree_file_field.h"
 #include "base/byte_codec.h"
 #include "base/file.h"
 #include "base/hash.h"
-#include <float.h>
 
-#define ZSTD_LEVEL 9 // 1 % smaller than level 3 at half its speed: 0.2 s for 700 000 tiles
+#define ZSTD_LEVEL 9        // 1 % smaller than level 3 at half its speed: 0.2 s for 700 000 tiles
+#define ZSTD_LEVEL_FIELD 17 // of packed fields and view textures: 9 % smaller than level 9, 0.3 s for a million pixels
 
-typedef struct chunk {
-  vt_chunk_kind kind;
-  int level;
-  vt_chunk_coding coding;
-  uint64_t raw_size, stored_size;
-  uint8_t *stored; // owned
-} chunk;
-
-typedef struct writer {
-  vt_context *context;
-  const vt_tree *tree;
-  vt_tree_head head;
-  bool may_pack;
-  int count;
-  chunk chunks[VT_MAX_CHUNKS];
-} writer;
-
-static void free_chunks(writer *w) {
+static void free_chunks(vt_tree_writer *w) {
   for (int i = 0; i < w->count; i++) vt_free(w->context, w->chunks[i].stored);
   w->count = 0;
 }
 
-// Takes a copy of the bytes, packed if that is smaller.
-static vt_status add_chunk(writer *w, vt_chunk_kind kind, int level, const void *raw, size_t size) {
+static bool is_field_kind(vt_chunk_kind kind) { // those of version 1.1
+  return kind == VT_CBKF || kind == VT_COPA || kind == VT_CCOL || kind == VT_VIDX || kind == VT_VCOD;
+}
+
+vt_status vt_add_chunk(vt_tree_writer *w, vt_chunk_kind kind, int level, const void *raw, size_t size) {
   if (vt_cancelled(w->context)) return vt_fail(w->context, VT_CANCELLED, "writing the tree: interrupted");
   VT_ASSERT(w->count < VT_MAX_CHUNKS);
-  chunk c = {.kind = kind, .level = level, .coding = VT_STORED, .raw_size = size, .stored_size = size};
+  vt_chunk_out c = {.kind = kind, .level = level, .coding = VT_STORED, .raw_size = size, .stored_size = size};
   if (w->may_pack && size > 0) {
     size_t packed_size;
-    vt_status status = vt_pack_bytes(w->context, raw, size, ZSTD_LEVEL, &c.stored, &packed_size);
+    int zstd_level = w->head.packed && is_field_kind(kind) ? ZSTD_LEVEL_FIELD : ZSTD_LEVEL;
+    vt_status status = vt_pack_bytes(w->context, raw, size, zstd_level, &c.stored, &packed_size);
     if (status) return status;
     if (packed_size < size) {
       c.coding = VT_ZSTD, c.stored_size = packed_size;
@@ -61,10 +50,9 @@ static vt_status add_chunk(writer *w, vt_chunk_kind kind, int level, const void 
   return VT_OK;
 }
 
-// As add_chunk, and frees `raw`, which the caller got from vt_alloc (NULL: it could not).
-static vt_status add_owned_chunk(writer *w, vt_chunk_kind kind, int level, uint8_t *raw, size_t size) {
+vt_status vt_add_owned_chunk(vt_tree_writer *w, vt_chunk_kind kind, int level, uint8_t *raw, size_t size) {
   if (!raw) return VT_OUT_OF_MEMORY;
-  vt_status status = add_chunk(w, kind, level, raw, size);
+  vt_status status = vt_add_chunk(w, kind, level, raw, size);
   vt_free(w->context, raw);
   return status;
 }
@@ -89,14 +77,14 @@ static bool fill_child_masks(int branching, const vt_level *parents, const vt_le
   return true;
 }
 
-static vt_status add_cells(writer *w, int l) {
+static vt_status add_cells(vt_tree_writer *w, int l) {
   int branching = w->head.branching;
   const vt_level *cells = &w->tree->octree.levels[l];
   if (w->head.level[l].form == VT_CHILD_MASKS) {
     size_t size = w->head.level[l - 1].cell_count * vt_mask_bytes(branching);
     uint8_t *masks = vt_alloc(w->context, size, 1);
     if (masks) (void)fill_child_masks(branching, cells - 1, cells, masks);
-    return add_owned_chunk(w, VT_CELL, l, masks, size);
+    return vt_add_owned_chunk(w, VT_CELL, l, masks, size);
   }
   size_t count = cells->cell_count;
   uint8_t *planes = vt_alloc(w->context, count, 4);
@@ -109,10 +97,10 @@ static vt_status add_cells(writer *w, int l) {
     for (size_t b = 0; b < 4; b++) planes[b * count + i] = gap[b];
     next = morton + 1;
   }
-  return add_owned_chunk(w, VT_CELL, l, planes, count * 4);
+  return vt_add_owned_chunk(w, VT_CELL, l, planes, count * 4);
 }
 
-static vt_status add_exact_depths(writer *w, int l) {
+static vt_status add_exact_depths(vt_tree_writer *w, int l) {
   const vt_level *cells = &w->tree->octree.levels[l];
   size_t count = cells->cell_count;
   uint8_t *planes = vt_alloc(w->context, count, 4);
@@ -121,67 +109,38 @@ static vt_status add_exact_depths(writer *w, int l) {
     vt_put_f32(bytes, cells->optical_depth[i]);
     for (size_t b = 0; b < 4; b++) planes[b * count + i] = bytes[b];
   }
-  return add_owned_chunk(w, VT_OPAC, l, planes, count * 4);
+  return vt_add_owned_chunk(w, VT_OPAC, l, planes, count * 4);
 }
 
-// The code nearest to ratio = depth / low >= 1 on a logarithmic scale: whole octaves from the exponent, the rest by
-// comparing with the borders, the geometric means of neighbouring steps.
-static uint32_t depth_code(const double borders[VT_CODES_PER_OCTAVE], double ratio) {
-  int exponent;
-  double mantissa = 2 * frexp(ratio, &exponent); // 1 <= mantissa < 2
-  uint32_t step = 0;
-  while (step < VT_CODES_PER_OCTAVE && mantissa >= borders[step]) step++;
-  return 1 + (uint32_t)(exponent - 1) * VT_CODES_PER_OCTAVE + step;
-}
-
-static vt_status add_coded_depths(writer *w, int l) {
+static vt_status add_coded_depths(vt_tree_writer *w, int l) {
   const vt_level *cells = &w->tree->octree.levels[l];
-  size_t count = cells->cell_count;
-  double borders[VT_CODES_PER_OCTAVE];
-  for (uint32_t i = 0; i < VT_CODES_PER_OCTAVE; i++) borders[i] = sqrt(vt_depth_ratio(i) * vt_depth_ratio(i + 1));
-  float low = 0, high = 0;
-  for (size_t i = 0; i < count; i++) {
-    float depth = cells->optical_depth[i];
-    if (depth < FLT_MIN) continue; // a denormal number has no 2 % to be off by; it is written as 0
-    if (low == 0 || depth < low) low = depth;
-    if (depth > high) high = depth;
-  }
-  size_t planes = low > 0 && depth_code(borders, (double)high / low) > 255 ? 2 : 1;
-  uint8_t *raw = vt_alloc(w->context, 4 + count * planes, 1);
-  if (raw) vt_put_f32(raw, low);
-  for (size_t i = 0; raw && i < count; i++) {
-    float depth = cells->optical_depth[i];
-    uint32_t code = depth < FLT_MIN ? 0 : depth_code(borders, (double)depth / low);
-    raw[4 + i] = (uint8_t)code;
-    if (planes == 2) raw[4 + count + i] = (uint8_t)(code >> 8);
-  }
-  return add_owned_chunk(w, VT_OPAC, l, raw, 4 + count * planes);
+  size_t size = 0;
+  uint8_t *raw = vt_code_depths(w->context, cells->optical_depth, 1, cells->cell_count, &size);
+  return vt_add_owned_chunk(w, VT_OPAC, l, raw, size);
 }
 
-static uint8_t colour_byte(float c) { return (uint8_t)(c > 0 ? (c < 1 ? c * 255 + 0.5f : 255) : 0); } // NaN: 0
-
-static vt_status add_colours(writer *w, int l) {
+static vt_status add_colours(vt_tree_writer *w, int l) {
   const vt_level *cells = &w->tree->octree.levels[l];
   size_t count = cells->cell_count;
   uint8_t *planes = vt_alloc(w->context, count, 3);
   for (size_t i = 0; planes && i < count; i++)
-    for (size_t k = 0; k < 3; k++) planes[k * count + i] = colour_byte(cells->colour[i * 3 + k]);
-  return add_owned_chunk(w, VT_COLR, l, planes, count * 3);
+    for (size_t k = 0; k < 3; k++) planes[k * count + i] = vt_colour_byte(cells->colour[i * 3 + k]);
+  return vt_add_owned_chunk(w, VT_COLR, l, planes, count * 3);
 }
 
 // ==== tiles ==========================================================================================================
 
-static vt_status add_texels(writer *w, int l, const uint32_t *order) {
+static vt_status add_texels(vt_tree_writer *w, int l, const uint32_t *order) {
   const vt_tiles *tiles = &w->tree->tiles[l];
   size_t tile_bytes = (size_t)(w->head.texel_edge * w->head.texel_edge) * 4, count = w->head.level[l].tile_count;
   VT_ASSERT(count == 0 || tiles->texels);
   uint8_t *texels = vt_alloc(w->context, count, tile_bytes);
   for (size_t i = 0; texels && i < count; i++)
     memcpy(texels + i * tile_bytes, tiles->texels + order[i] * tile_bytes, tile_bytes);
-  return add_owned_chunk(w, VT_TEXL, l, texels, count * tile_bytes);
+  return vt_add_owned_chunk(w, VT_TEXL, l, texels, count * tile_bytes);
 }
 
-static vt_status add_codes(writer *w, int l, const uint32_t *order) {
+static vt_status add_codes(vt_tree_writer *w, int l, const uint32_t *order) {
   const vt_tiles *tiles = &w->tree->tiles[l];
   size_t count = w->head.level[l].tile_count;
   VT_ASSERT(count == 0 || (tiles->alpha_code && tiles->colour_code));
@@ -192,11 +151,11 @@ static vt_status add_codes(writer *w, int l, const uint32_t *order) {
     planes[i] = (uint8_t)alpha, planes[count + i] = (uint8_t)(alpha >> 8);
     planes[2 * count + i] = (uint8_t)colour, planes[3 * count + i] = (uint8_t)(colour >> 8);
   }
-  return add_owned_chunk(w, VT_TCOD, l, planes, count * 4);
+  return vt_add_owned_chunk(w, VT_TCOD, l, planes, count * 4);
 }
 
 // Which (view, cell) have a tile, then the tiles in that order.
-static vt_status add_tiles(writer *w, int l) {
+static vt_status add_tiles(vt_tree_writer *w, int l) {
   const vt_tiles *tiles = &w->tree->tiles[l];
   size_t pairs = (size_t)tiles->view_count * tiles->cell_count, found = 0;
   uint8_t *bits = vt_alloc(w->context, (pairs + 7) / 8, 1);
@@ -207,7 +166,7 @@ static vt_status add_tiles(writer *w, int l) {
     bits[i / 8] |= (uint8_t)(1u << i % 8);
     order[found++] = tiles->tile_of[i];
   }
-  if (!status) status = add_chunk(w, VT_TIDX, l, bits, (pairs + 7) / 8);
+  if (!status) status = vt_add_chunk(w, VT_TIDX, l, bits, (pairs + 7) / 8);
   if (!status) status = w->head.packed ? add_codes(w, l, order) : add_texels(w, l, order);
   vt_free(w->context, bits);
   vt_free(w->context, order);
@@ -219,6 +178,7 @@ static vt_status add_tiles(writer *w, int l) {
 static void check_level(const vt_tree *tree, int l) { // what octree.h promises of a level
   const vt_level *cells = &tree->octree.levels[l];
   const vt_tiles *tiles = &tree->tiles[l];
+  VT_ASSERT(tiles->view_count == 0 || vt_is_packed(tree) == (tree->alpha_codebook.codeword_count > 0));
   VT_ASSERT((uint64_t)cells->axis_cells == vt_axis_cells(tree->octree.branching, l));
   for (uint32_t i = 0; i < cells->cell_count; i++)
     VT_ASSERT(cells->optical_depth[i] >= 0 && isfinite(cells->optical_depth[i]));
@@ -226,7 +186,7 @@ static void check_level(const vt_tree *tree, int l) { // what octree.h promises 
             (tiles->view_count == tree->view_count && tiles->cell_count == cells->cell_count));
 }
 
-static vt_status describe(writer *w, const char *path) {
+static vt_status describe(vt_tree_writer *w, const char *path) {
   const vt_tree *tree = w->tree;
   const vt_octree *octree = &tree->octree;
   VT_ASSERT(octree->branching == 2 || octree->branching == 3);
@@ -249,6 +209,7 @@ static vt_status describe(writer *w, const char *path) {
     const vt_level *cells = &octree->levels[l];
     const vt_tiles *tiles = &tree->tiles[l];
     check_level(tree, l);
+    vt_describe_field(w, l);
     size_t found = 0, pairs = (size_t)tiles->view_count * tiles->cell_count;
     for (size_t i = 0; i < pairs; i++) {
       VT_ASSERT(tiles->tile_of[i] == VT_NO_TILE || tiles->tile_of[i] < tiles->tile_count);
@@ -264,7 +225,7 @@ static vt_status describe(writer *w, const char *path) {
   return VT_OK;
 }
 
-static vt_status add_head(writer *w) {
+static vt_status add_head(vt_tree_writer *w) {
   const vt_tree_head *h = &w->head;
   uint8_t raw[VT_HEAD_BYTES(VT_MAX_LEVEL + 1)] = {0}, *p = raw + 56;
   vt_put_f64(raw, h->origin.x), vt_put_f64(raw + 8, h->origin.y), vt_put_f64(raw + 16, h->origin.z);
@@ -276,10 +237,10 @@ static vt_status add_head(writer *w) {
     vt_put_u32(p, h->level[l].cell_count), vt_put_u32(p + 4, h->level[l].tile_count);
     p[8] = (uint8_t)h->level[l].form, p[9] = h->level[l].has_tiles;
   }
-  return add_chunk(w, VT_TREE, 0, raw, VT_HEAD_BYTES(h->level_count));
+  return vt_add_chunk(w, VT_TREE, 0, raw, VT_HEAD_BYTES(h->level_count));
 }
 
-static vt_status add_cameras(writer *w, const char *path) {
+static vt_status add_cameras(vt_tree_writer *w, const char *path) {
   size_t count = (size_t)w->tree->view_count, size = count * VT_CAMERA_BYTES;
   uint8_t *raw = vt_alloc(w->context, size, 1);
   for (size_t v = 0; raw && v < count; v++) {
@@ -299,49 +260,66 @@ static vt_status add_cameras(writer *w, const char *path) {
     for (int i = 0; i < 9; i++) vt_put_f64(p + 40 + 8 * i, camera->rotation.m[i]);
     for (int i = 0; i < 3; i++) vt_put_f64(p + 112 + 8 * i, shift[i]);
   }
-  return add_owned_chunk(w, VT_CAMS, 0, raw, size);
+  return vt_add_owned_chunk(w, VT_CAMS, 0, raw, size);
 }
 
-static vt_status add_codebook(writer *w, vt_chunk_kind kind, const vt_codebook *book, int channels) {
+static vt_status add_codebook(vt_tree_writer *w, vt_chunk_kind kind, const vt_codebook *book, int channels) {
   VT_ASSERT(book->codeword_count >= 1 && book->codeword_count <= VT_MAX_CODEWORDS && book->channels == channels);
   size_t codeword_bytes = (size_t)(w->head.texel_edge * w->head.texel_edge * channels);
-  return add_chunk(w, kind, 0, book->codewords, (size_t)book->codeword_count * codeword_bytes);
+  return vt_add_chunk(w, kind, 0, book->codewords, (size_t)book->codeword_count * codeword_bytes);
 }
 
-static vt_status add_all_chunks(writer *w, const char *path) {
-  const vt_tree *tree = w->tree;
-  const char *metadata = tree->metadata ? tree->metadata : "{}";
-  VT_ASSERT(vt_looks_like_object(metadata, strlen(metadata)));
-  vt_status status = add_chunk(w, VT_META, 0, metadata, strlen(metadata));
-  if (!status) status = add_head(w);
-  if (!status) status = add_cameras(w, path);
-  if (!status && w->head.packed) status = add_codebook(w, VT_CBKA, &tree->alpha_codebook, 1);
-  if (!status && w->head.packed) status = add_codebook(w, VT_CBKC, &tree->colour_codebook, 3);
-  for (int l = 0; !status && l < w->head.level_count; l++) {
-    status = add_cells(w, l);
+static vt_status add_level(vt_tree_writer *w, int l) {
+  vt_status status = add_cells(w, l);
+  if (!status && w->head.level[l].corner_count) {
+    status = vt_add_corners(w, l);
+  } else {
     if (!status) status = w->head.packed ? add_coded_depths(w, l) : add_exact_depths(w, l);
-    if (!status) status = add_colours(w, l);
-    if (!status && w->head.level[l].has_tiles) status = add_tiles(w, l);
+    if (!status) status = w->head.field_codewords ? vt_add_coded_colours(w, l) : add_colours(w, l);
   }
+  if (!status && w->head.level[l].has_tiles) status = add_tiles(w, l);
+  if (!status && w->head.level[l].has_views) status = vt_add_view_textures(w, l);
   return status;
 }
 
-static uint64_t file_size(const writer *w) {
+static vt_status add_all_chunks(vt_tree_writer *w, const char *path) {
+  const vt_tree *tree = w->tree;
+  const char *metadata = tree->metadata ? tree->metadata : "{}";
+  VT_ASSERT(vt_looks_like_object(metadata, strlen(metadata)));
+  vt_status status = vt_add_chunk(w, VT_META, 0, metadata, strlen(metadata));
+  if (!status) status = add_head(w);
+  if (!status) status = add_cameras(w, path);
+  bool tile_books = tree->alpha_codebook.codeword_count > 0;
+  if (!status && tile_books) status = add_codebook(w, VT_CBKA, &tree->alpha_codebook, 1);
+  if (!status && tile_books) status = add_codebook(w, VT_CBKC, &tree->colour_codebook, 3);
+  if (!status && w->head.field_codewords) status = vt_add_field_codebook(w);
+  for (int l = 0; !status && l < w->head.level_count; l++) status = add_level(w, l);
+  return status;
+}
+
+static uint64_t file_size(const vt_tree_writer *w) {
   uint64_t size = VT_HEADER_BYTES + VT_ENTRY_BYTES * (uint64_t)w->count + 8;
   for (int i = 0; i < w->count; i++) size += w->chunks[i].stored_size;
   return size;
 }
 
+// A file says the least version that knows all of its chunks, so that an older program reads what it can.
+static uint16_t least_minor(const vt_tree_writer *w) {
+  for (int i = 0; i < w->count; i++)
+    if (is_field_kind(w->chunks[i].kind)) return VT_FILE_MINOR;
+  return 0;
+}
+
 // Header, table, checksum, chunks. Frees the chunks as it goes, so that the bytes are not in memory twice for long.
-static uint8_t *join_chunks(writer *w, size_t size) {
+static uint8_t *join_chunks(vt_tree_writer *w, size_t size) {
   uint8_t *bytes = vt_alloc(w->context, size, 1);
   if (!bytes) return NULL;
   size_t front = VT_HEADER_BYTES + VT_ENTRY_BYTES * (size_t)w->count, at = front + 8;
   memcpy(bytes, VT_FILE_MAGIC, 8);
-  vt_put_u16(bytes + 8, VT_FILE_MAJOR), vt_put_u16(bytes + 10, VT_FILE_MINOR);
+  vt_put_u16(bytes + 8, VT_FILE_MAJOR), vt_put_u16(bytes + 10, least_minor(w));
   vt_put_u32(bytes + 12, (uint32_t)w->count), vt_put_u64(bytes + 16, size);
   for (int i = 0; i < w->count; i++) {
-    chunk *c = &w->chunks[i];
+    vt_chunk_out *c = &w->chunks[i];
     uint8_t *entry = bytes + VT_HEADER_BYTES + VT_ENTRY_BYTES * (size_t)i;
     memcpy(entry, &VT_CHUNK_TYPES[4 * c->kind], 4);
     entry[4] = (uint8_t)c->level, entry[5] = (uint8_t)c->coding;
@@ -355,16 +333,17 @@ static uint8_t *join_chunks(writer *w, size_t size) {
   return bytes;
 }
 
-static void report_sizes(const writer *w, vt_file_report *report) {
+static void report_sizes(const vt_tree_writer *w, vt_file_report *report) {
   *report = (vt_file_report){.file_bytes = file_size(w)};
   for (int i = 0; i < w->count; i++) {
     uint64_t *sum = vt_report_slot(report, w->chunks[i].kind);
     if (sum) *sum += w->chunks[i].stored_size;
+    vt_add_level_bytes(report, w->chunks[i].kind, w->chunks[i].level, w->chunks[i].stored_size);
   }
 }
 
 vt_status vt_write_tree(vt_context *context, const vt_tree *tree, const char *path, vt_file_report *report) {
-  writer w = {.context = context, .tree = tree, .may_pack = vt_can_pack_bytes()};
+  vt_tree_writer w = {.context = context, .tree = tree, .may_pack = vt_can_pack_bytes()};
   uint8_t *bytes = NULL;
   vt_status status = describe(&w, path);
   if (!status) status = add_all_chunks(&w, path);

@@ -38,12 +38,21 @@ const vt_option vt_source_options[] = {
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
     {0}};
 
+#define DEPTH_STEPS "1|2|3|6|9|18"
+static const int depth_steps[] = {1, 2, 3, 6, 9, 18};
+
 // The words stand in the order of vt_quantiser.
 #define QUANTISER_WORDS "rgb-gla|lab-gla|lab-modified-gla"
 const vt_option vt_codebook_options[] = {
     {"alpha-codewords", 0, VT_OPTION_INTEGER, "N", 1, 65536, false, "size of the codebook of opacities"},
     {"colour-codewords", 0, VT_OPTION_INTEGER, "N", 1, 65536, false, "size of the codebook of colours"},
     {"quantiser", 0, VT_OPTION_CHOICE, QUANTISER_WORDS, 0, 0, false, "how codebooks are trained"},
+    {"field-colours", 0, VT_OPTION_INTEGER, "N", 1, 65536, false,
+     "size of the codebook of the cells' and their corners' own colours"},
+    {"depth-steps", 0, VT_OPTION_CHOICE, DEPTH_STEPS, 0, 0, false,
+     "to how many steps each doubling of the cells' and their corners' opacity is rounded"},
+    {"ratio-levels", 0, VT_OPTION_INTEGER, "N", 2, 256, false,
+     "to how many values the textures of views are rounded; 256: they are kept as they are"},
     {0}};
 
 const vt_option vt_picture_options[] = {
@@ -118,6 +127,9 @@ vt_compress_desc vt_compress_desc_of(const vt_arguments *arguments) {
   desc.alpha_codewords = vt_integer_of(arguments, "alpha-codewords", desc.alpha_codewords);
   desc.colour_codewords = vt_integer_of(arguments, "colour-codewords", desc.colour_codewords);
   desc.quantiser = (vt_quantiser)vt_choice_of(arguments, "quantiser", (int)desc.quantiser);
+  desc.field_colours = vt_integer_of(arguments, "field-colours", desc.field_colours);
+  if (vt_given(arguments, "depth-steps")) desc.depth_steps = depth_steps[vt_choice_of(arguments, "depth-steps", 0)];
+  desc.ratio_levels = vt_integer_of(arguments, "ratio-levels", desc.ratio_levels);
   return desc;
 }
 
@@ -137,9 +149,30 @@ void vt_report_compression(vt_json_writer *json, const char *key, const vt_compr
   vt_json_put_number(json, "texel_alpha_rmse", report->alpha_rmse);
   vt_json_put_number(json, "texel_colour_psnr", report->colour_psnr);
   vt_json_put_number(json, "texel_colour_delta_e", report->colour_delta_e);
+  if (report->field_codewords) {
+    vt_json_put_integer(json, "corners", (long long)report->corner_count);
+    vt_json_put_integer(json, "view_pixels", (long long)report->view_pixels);
+    vt_json_put_integer(json, "field_colours", report->field_codewords);
+    vt_json_put_integer(json, "depth_steps", desc->depth_steps);
+    vt_json_put_integer(json, "ratio_levels", report->ratio_levels);
+    vt_json_put_number(json, "field_alpha_rmse", report->field_alpha_rmse);
+    vt_json_put_number(json, "field_colour_delta_e", report->field_delta_e);
+    vt_json_put_number(json, "log_ratio_rmse", report->log_ratio_rmse);
+    vt_json_put_number(json, "field_seconds", report->seconds_field);
+  }
   vt_json_put_integer(json, "raw_bytes", (long long)report->raw_bytes);
   vt_json_put_integer(json, "packed_bytes", (long long)report->packed_bytes);
   vt_json_close_object(json);
+}
+
+void vt_say_compression(vt_session *session, const vt_compress_report *report) {
+  if (report->tile_count)
+    vt_say(session, "  tiles: %d codewords of opacity, %d of colour; texel alpha RMSE %.4f, colour %.1f dB\n",
+           report->alpha_codewords, report->colour_codewords, report->alpha_rmse, report->colour_psnr);
+  if (report->field_codewords)
+    vt_say(session, "  field: %d colours, CIE76 %.2f; alpha RMSE %.4f; %d levels of opacity ratios, RMSE %.3f\n",
+           report->field_codewords, report->field_delta_e, report->field_alpha_rmse, report->ratio_levels,
+           report->log_ratio_rmse);
 }
 
 // ---- drawing

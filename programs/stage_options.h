@@ -24,6 +24,7 @@ vt_compress_desc vt_compress_desc_of(const vt_arguments *);
 const char *vt_quantiser_name(vt_quantiser);
 void vt_report_compression(vt_json_writer *, const char *key_or_null, const vt_compress_desc *,
                            const vt_compress_report *);
+void vt_say_compression(vt_session *, const vt_compress_report *); // what was lost
 
 vt_render_desc vt_render_desc_of(const vt_arguments *); // level -1 where it was not given
 vt_backend vt_backend_of(const vt_arguments *);

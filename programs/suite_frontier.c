@@ -59,12 +59,13 @@ static double expected_seconds(const vt_frontier_run *run) {
 
 // ---- one run
 
-// What --sabotage solver breaks: half the optical depth, in cells and in texels, as if the solver had stopped half way.
+// What --sabotage solver breaks: half the optical depth, in cells, corners and texels, as if the solver had stopped half way.
 static void thin_tree(vt_tree *tree) {
   size_t texels_of_tile = (size_t)tree->texel_edge * (size_t)tree->texel_edge;
   for (int l = 0; l < tree->octree.level_count; l++) {
     vt_level *level = &tree->octree.levels[l];
     for (uint32_t i = 0; i < level->cell_count; i++) level->optical_depth[i] /= 2;
+    for (size_t i = 0; i < level->corner_count; i++) level->corner_values[4 * i] /= 2;
     const vt_tiles *tiles = &tree->tiles[l];
     for (size_t t = 0; tiles->texels && t < tiles->tile_count * texels_of_tile; t++) {
       uint8_t *alpha = &tiles->texels[4 * t + 3];

@@ -92,6 +92,13 @@ uint64_t vt_hash_tree(const vt_tree *tree) {
     hash = vt_hash(level->z, cells * sizeof *level->z, hash);
     hash = vt_hash(level->optical_depth, cells * sizeof *level->optical_depth, hash);
     hash = vt_hash(level->colour, 3 * cells * sizeof *level->colour, hash);
+    hash = vt_hash(level->corner_values, 4 * (size_t)level->corner_count * sizeof *level->corner_values, hash);
+    for (int v = 0; v < tree->view_textures[l].view_count; v++) {
+      const vt_view_texture *t = &tree->view_textures[l].views[v];
+      const int frame[] = {tree->view_textures[l].factor, t->width, t->height, t->left, t->top, t->columns, t->rows};
+      hash = vt_hash(frame, sizeof frame, hash);
+      hash = vt_hash(t->codes, (size_t)t->columns * (size_t)t->rows, hash);
+    }
     if (tiles->tile_of) hash = vt_hash(tiles->tile_of, entries * sizeof *tiles->tile_of, hash);
     if (tiles->texels) hash = vt_hash(tiles->texels, tiles->tile_count * texels * 4, hash);
     if (tiles->alpha_code) hash = vt_hash(tiles->alpha_code, tiles->tile_count * sizeof *tiles->alpha_code, hash);
@@ -101,6 +108,8 @@ uint64_t vt_hash_tree(const vt_tree *tree) {
   for (int b = 0; b < 2; b++)
     if (books[b]->codewords)
       hash = vt_hash(books[b]->codewords, (size_t)(books[b]->codeword_count * books[b]->channels) * texels, hash);
+  if (tree->field_codebook.codewords)
+    hash = vt_hash(tree->field_codebook.codewords, 3 * (size_t)tree->field_codebook.codeword_count, hash);
   return hash;
 }
 

@@ -27,7 +27,7 @@ typedef struct vt_judgement {
 } vt_judgement;
 // Means over the photographs, drawn at the finest level by the CPU.
 vt_status vt_judge_tree(vt_context *, const vt_tree *, const vt_views *judged, vt_judgement *out);
-uint64_t vt_hash_tree(const vt_tree *); // of cells, tiles and codebooks: equal bits, equal number
+uint64_t vt_hash_tree(const vt_tree *); // of cells, corners, textures and codebooks: equal bits, equal number
 
 // ---- how far two series of pictures are apart, over white
 typedef struct vt_difference {

@@ -1,4 +1,4 @@
-// verb_compress.c - voltree compress: a raw tree to codebooks and indices
+// verb_compress.c - voltree compress: a raw tree to a packed one
 // SPDX-License-Identifier: BSD-3-Clause
 #include "programs/metadata.h"
 #include "programs/report.h"
@@ -27,11 +27,11 @@ static vt_status run(vt_session *session) {
   vt_tree raw = {0}, packed = {0};
   vt_compress_desc desc = vt_compress_desc_of(&session->arguments);
   vt_compress_report report;
-  vt_file_report file;
-  char before[32], after[32], bytes[32];
+  vt_file_report file, raw_file;
+  char before[32], after[32], bytes[32], raw_bytes[32];
   vt_status status = vt_check_output_file(session, output);
   vt_begin_stage(session);
-  if (!status) status = vt_read_tree(context, input, &raw, NULL);
+  if (!status) status = vt_read_tree(context, input, &raw, &raw_file);
   if (status) goto done;
   vt_end_stage(session, "read");
   if (vt_is_packed(&raw)) {
@@ -48,13 +48,16 @@ static vt_status run(vt_session *session) {
   status = vt_write_tree(context, &packed, output, &file);
   if (status) goto done;
   vt_end_stage(session, "write");
-  vt_say(session, "%s: textures %s, packed %s; file %s; texel alpha RMSE %.4f, colour %.1f dB; %.1f s\n", output,
+  vt_say(session, "%s: textures %s, packed %s; file %s, before %s; %.1f s\n", output,
          vt_show_bytes(report.raw_bytes, before), vt_show_bytes(report.packed_bytes, after),
-         vt_show_bytes(file.file_bytes, bytes), report.alpha_rmse, report.colour_psnr, vt_seconds() - session->start);
+         vt_show_bytes(file.file_bytes, bytes), vt_show_bytes(raw_file.file_bytes, raw_bytes),
+         vt_seconds() - session->start);
+  vt_say_compression(session, &report);
   vt_json_writer json = vt_begin_report(session);
   vt_json_put_string(&json, "input", input);
   vt_json_put_string(&json, "output", output);
   vt_report_compression(&json, "compression", &desc, &report);
+  vt_json_put_integer(&json, "raw_file_bytes", (long long)raw_file.file_bytes);
   vt_json_put_integer(&json, "file_bytes", (long long)file.file_bytes);
   status = vt_end_report(session, &json);
 done:
@@ -66,7 +69,7 @@ done:
 const vt_verb vt_verb_compress = {
     .name = "compress",
     .operands = "TREE",
-    .summary = "pack the textures of a raw tree into codebooks and indices",
+    .summary = "pack textures, colours and opacities of a raw tree",
     .notes = "TREE comes from voltree reconstruct --raw. Packing it again with other codebooks shows what they cost.",
     .example = "voltree compress raw.vtree -o tree.vtree --colour-codewords 4096",
     .operand_count = 1,

@@ -135,6 +135,8 @@ static void put_statistics(vt_json_writer *json, const work *job) {
     vt_json_put_integer(json, "unsplit_for_memory", level->unsplit_for_memory);
     vt_json_put_integer(json, "billboards_before_pruning", (long long)level->billboards_before);
     vt_json_put_integer(json, "billboards", (long long)level->billboards);
+    vt_json_put_integer(json, "corners", octree->levels[l].corner_count);
+    vt_json_put_integer(json, "view_pixels", (long long)vt_count_view_pixels(&job->tree.view_textures[l]));
     vt_json_put_integer(json, "rays", (long long)level->rays);
     vt_json_put_number(json, "saturated_share", level->saturated_share);
     vt_json_put_number(json, "train_alpha_rmse", level->alpha_rmse);
@@ -198,23 +200,33 @@ static vt_status set_metadata(vt_session *session, work *job) {
 
 // ---- showing it
 
+static void say_levels(vt_session *session, const work *job) {
+  const vt_tree *tree = &job->tree;
+  bool tiles = false;
+  for (int l = 0; l < tree->octree.level_count; l++) tiles = tiles || tree->tiles[l].view_count;
+  vt_say(session, "  level  hull cells       cells     unsplit  %s  alpha RMSE\n",
+         tiles ? "billboards      pruned" : "   corners view pixels");
+  for (int l = 0; l < tree->octree.level_count; l++) {
+    const vt_level_report *level = &job->reconstruction.levels[l];
+    unsigned long long made = tiles ? level->billboards : tree->octree.levels[l].corner_count;
+    unsigned long long more = tiles ? level->billboards_before - level->billboards
+                                    : vt_count_view_pixels(&tree->view_textures[l]);
+    vt_say(session, "  %5d %11u %11u %11u %11llu %11llu %11.4f\n", l, (unsigned)level->hull_cells,
+           (unsigned)tree->octree.levels[l].cell_count,
+           (unsigned)(level->unsplit_empty + level->unsplit_hidden + level->unsplit_for_memory), made, more, level->alpha_rmse);
+  }
+}
+
 static void say_summary(vt_session *session, const work *job) {
   char a[32], b[32], c[32];
   vt_say(session, "%s: method %s, preset %s, levels 0 to %d, %d photographs\n", job->output,
          method_names[job->desc.method], preset_names[job->desc.preset], job->tree.octree.level_count - 1,
          job->tree.view_count);
-  vt_say(session, "  level  hull cells       cells     unsplit  billboards      pruned  alpha RMSE\n");
-  for (int l = 0; l < job->tree.octree.level_count; l++) {
-    const vt_level_report *level = &job->reconstruction.levels[l];
-    vt_say(session, "  %5d %11u %11u %11u %11llu %11llu %11.4f\n", l, (unsigned)level->hull_cells,
-           (unsigned)job->tree.octree.levels[l].cell_count,
-           (unsigned)(level->unsplit_empty + level->unsplit_hidden + level->unsplit_for_memory),
-           (unsigned long long)level->billboards,
-           (unsigned long long)(level->billboards_before - level->billboards), level->alpha_rmse);
-  }
+  say_levels(session, job);
   vt_say(session, "  textures %s, %s %s; file %s\n", vt_show_bytes(job->raw_texture_bytes, a),
          job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b),
          vt_show_bytes(job->file.file_bytes, c));
+  if (!job->raw) vt_say_compression(session, &job->compression);
   vt_say(session, "  seconds:");
   for (int i = 0; i < session->stage_count; i++)
     vt_say(session, "%s %s %.1f", i ? "," : "", session->stages[i].name, session->stages[i].seconds);

@@ -30,7 +30,7 @@ typedef struct vt_renderer vt_renderer;
 typedef struct vt_render_report {
   vt_backend backend; // used
   int level;
-  uint64_t billboards; // drawn
+  uint64_t billboards; // drawn; of a level with view textures, the cells that are not empty
   double seconds_order, seconds_draw;
 } vt_render_report;
 

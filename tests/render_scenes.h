@@ -101,6 +101,39 @@ static inline vt_tree scene_random_tree(vt_context *context, int level, double s
   return tree;
 }
 
+// A random tree whose level has a field at its corners, textures in the views' picture planes, or both, and no tiles. A third
+// of the ball is empty; the first view keeps nothing of its picture, the others a part. Codes crowd around R = 1.
+static inline vt_tree scene_field_tree(vt_context *context, int level, double share, int view_count, bool corners, bool views,
+                                       uint64_t seed) {
+  vt_tree tree = scene_random_tree(context, level, share, view_count, 4, seed);
+  vt_rng rng = vt_seed_rng(seed, 2);
+  vt_level *l = &tree.octree.levels[level];
+  vt_free_tiles(context, &tree.tiles[level]);
+  for (int i = 0; i < level; i++) // coarser levels without cells, as a file has them
+    assert_int_equal(vt_make_level(context, 2, i, 0, NULL, &tree.octree.levels[i]), VT_OK);
+  for (uint32_t i = 0; i < l->cell_count; i++)
+    if (3 * l->x[i] < l->axis_cells) l->optical_depth[i] = 0;
+  if (corners) {
+    assert_int_equal(vt_make_corners(context, 2, l), VT_OK);
+    assert_int_equal(vt_corners_from_cells(context, l), VT_OK);
+    vt_cells_from_corners(l);
+  }
+  if (!views) return tree;
+  vt_view_textures *textures = &tree.view_textures[level];
+  *textures = (vt_view_textures){view_count, 2, VT_NEW(context, vt_view_texture, (size_t)view_count)};
+  for (int v = 0; v < view_count; v++) {
+    vt_view_texture *t = &textures->views[v];
+    t->width = (tree.cameras[v].width + 1) / 2, t->height = (tree.cameras[v].height + 1) / 2;
+    if (v > 0) t->left = t->width / 8, t->top = t->height / 8, t->columns = 3 * t->width / 4, t->rows = 3 * t->height / 4;
+    t->codes = VT_NEW(context, uint8_t, (size_t)(t->columns * t->rows));
+    for (int i = 0; i < t->columns * t->rows; i++) {
+      double r = vt_random_between(&rng, -1, 1), s = vt_random_between(&rng, 0, 1);
+      t->codes[i] = (uint8_t)(127.5 + 127.4 * r * s * s);
+    }
+  }
+  return tree;
+}
+
 // Packs the tiles of a level without loss: every tile its own codewords (at most 65536 tiles).
 static inline void scene_pack(vt_context *context, vt_tree *tree, int level) {
   vt_tiles *tiles = &tree->tiles[level];

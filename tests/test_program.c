@@ -255,6 +255,34 @@ static void raw_trees_are_packed_by_compress_once(void **state) {
   assert_false(exists("twice.vtree"));
 }
 
+static void trees_without_tiles_are_told_packed_and_exported(void **state) {
+  (void)state;
+  const char *golden = VT_SOURCE_DIR "/tests/golden/v1_field_stored.vtree";
+  char line[4096];
+  snprintf(line, sizeof line, "info %s", golden);
+  outcome *o = run(line);
+  assert_code(o, 0);
+  assert_says(o->out, "corners");
+  assert_says(o->out, "view pixels");
+  assert_true(!strstr(o->out, "billboards"));
+  snprintf(line, sizeof line, "compress %s -o field.vtree --field-colours 9 --depth-steps 2 --ratio-levels 5 --json -", golden);
+  o = run(line);
+  assert_code(o, 0);
+  assert_int_equal(number_in(o->out, "field_colours"), 9);
+  assert_int_equal(number_in(o->out, "depth_steps"), 2);
+  assert_int_equal(number_in(o->out, "ratio_levels"), 5);
+  o = run("info field.vtree --json -");
+  assert_code(o, 0);
+  assert_int_equal(number_in(o->out, "field_codewords"), 9);
+  assert_true(number_in(o->out, "field_bytes") > 0 && number_in(o->out, "view_bytes") > 0);
+  assert_code(run("export field.vtree -o field.ply -q"), 0);
+  assert_true(exists("field.ply"));
+  snprintf(line, sizeof line, "compress %s -o field.vtree --depth-steps 4", golden);
+  o = run(line);
+  assert_code(o, 2);
+  assert_says(o->err, "1|2|3|6|9|18");
+}
+
 static void play_runs_without_a_window(void **state) {
   (void)state;
   make_tree();
@@ -338,6 +366,7 @@ int main(void) {
     cmocka_unit_test(render_draws_pictures_turntables_and_sheets),
     cmocka_unit_test(export_writes_a_point_for_each_cell),
     cmocka_unit_test(raw_trees_are_packed_by_compress_once),
+    cmocka_unit_test(trees_without_tiles_are_told_packed_and_exported),
     cmocka_unit_test(play_runs_without_a_window),
     cmocka_unit_test(play_without_a_display_fails_and_does_not_wait),
     cmocka_unit_test(bench_shows_time_and_error),

@@ -22,6 +22,23 @@ static void assert_same_tiles(const vt_tree *a, const vt_tree *b, int l) {
   }
 }
 
+static void assert_same_field(const vt_tree *a, const vt_tree *b, int l, double depth_error) {
+  const vt_level *s = &a->octree.levels[l], *t = &b->octree.levels[l];
+  assert_int_equal(s->corner_count, t->corner_count);
+  if (s->corner_count) assert_memory_equal(s->corner_of, t->corner_of, 32 * (size_t)s->cell_count);
+  for (size_t i = 0; i < 4 * (size_t)s->corner_count; i++)
+    assert_close(t->corner_values[i], s->corner_values[i], i % 4 ? 0 : depth_error * s->corner_values[i]);
+  const vt_view_textures *p = &a->view_textures[l], *q = &b->view_textures[l];
+  assert_int_equal(p->view_count, q->view_count);
+  assert_int_equal(p->factor, q->factor);
+  for (int v = 0; v < p->view_count; v++) {
+    const vt_view_texture *m = &p->views[v], *n = &q->views[v];
+    assert_true(m->width == n->width && m->height == n->height && m->left == n->left && m->top == n->top);
+    assert_true(m->columns == n->columns && m->rows == n->rows);
+    if (m->columns) assert_memory_equal(m->codes, n->codes, (size_t)(m->columns * m->rows));
+  }
+}
+
 static void assert_same_book(const vt_codebook *a, const vt_codebook *b, int texels) {
   assert_int_equal(a->codeword_count, b->codeword_count);
   assert_int_equal(a->channels, b->channels);
@@ -39,6 +56,7 @@ static void assert_same_tree(const vt_tree *a, const vt_tree *b, double depth_er
   assert_string_equal(a->metadata, b->metadata);
   assert_same_book(&a->alpha_codebook, &b->alpha_codebook, a->texel_edge * a->texel_edge);
   assert_same_book(&a->colour_codebook, &b->colour_codebook, a->texel_edge * a->texel_edge);
+  assert_same_book(&a->field_codebook, &b->field_codebook, 1);
   for (int l = 0; l < a->octree.level_count; l++) {
     const vt_level *s = &a->octree.levels[l], *t = &b->octree.levels[l];
     assert_int_equal(s->cell_count, t->cell_count);
@@ -50,6 +68,7 @@ static void assert_same_tree(const vt_tree *a, const vt_tree *b, double depth_er
       for (int k = 0; k < 3; k++) assert_true(s->colour[3 * i + k] == t->colour[3 * i + k]);
     }
     assert_same_tiles(a, b, l);
+    assert_same_field(a, b, l, depth_error);
   }
 }
 
@@ -89,21 +108,100 @@ static void writing_what_was_read_gives_the_same_bytes(void **state) {
   vt_destroy_context(context);
 }
 
-static void a_prefix_of_the_file_is_a_coarse_tree(void **state) {
-  (void)state;
+static void assert_coarse_first(int case_index, const char *first, size_t first_count) {
   vt_context *context = make_context();
   size_t size;
-  uint8_t *bytes = bytes_of_case(context, &tree_cases[1], &size);
+  uint8_t *bytes = bytes_of_case(context, &tree_cases[case_index], &size);
   int level = 0;
-  const char *first[] = {"META", "TREE", "CAMS", "CBKA", "CBKC", "CELL"};
   for (size_t i = 0; i < chunk_count(bytes); i++) {
     const uint8_t *entry = chunk_entry(bytes, i);
-    if (i < 6) assert_memory_equal(entry, first[i], 4);
+    if (i < first_count) assert_memory_equal(entry, first + 4 * i, 4);
     assert_in_range(entry[4], level, level + 1);
     level = entry[4];
   }
-  assert_int_equal(level, tree_cases[1].level_count - 1);
+  assert_int_equal(level, tree_cases[case_index].level_count - 1);
   vt_free(context, bytes);
+  vt_destroy_context(context);
+}
+
+static void a_prefix_of_the_file_is_a_coarse_tree(void **state) {
+  (void)state;
+  assert_coarse_first(1, "METATREECAMSCBKACBKCCELL", 6);
+  assert_coarse_first(9, "METATREECAMSCBKFCELLOPACCOLRCELLCOPACCOLCELLCOPACCOLVIDXVCODCELLCOPACCOLVIDXVCOD", 20);
+}
+
+static void a_file_says_the_least_version_that_has_its_chunks(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  for (int i = 0; i < TREE_CASE_COUNT; i++) {
+    size_t size;
+    uint8_t *bytes = bytes_of_case(context, &tree_cases[i], &size);
+    assert_int_equal(get_number(bytes + 8, 2), 1);
+    assert_int_equal(get_number(bytes + 10, 2), has_field(&tree_cases[i]));
+    vt_free(context, bytes);
+  }
+  vt_destroy_context(context);
+}
+
+static void the_report_says_the_bytes_of_each_level(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  vt_tree tree;
+  vt_file_report report;
+  make_tree(context, &tree_cases[8], &tree);
+  assert_int_equal(vt_write_tree(context, &tree, scratch_path(), &report), VT_OK);
+  uint64_t field = 0, views = 0;
+  for (int l = 0; l <= VT_MAX_LEVEL; l++) {
+    assert_int_equal(report.level_field_bytes[l] > 0, l >= 1 && l <= 3);
+    assert_int_equal(report.level_view_bytes[l] > 0, l >= 2 && l <= 3);
+    field += report.level_field_bytes[l], views += report.level_view_bytes[l];
+  }
+  assert_true(field == report.field_bytes && views == report.view_bytes && report.texel_bytes == 0);
+  remove(scratch_path());
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+}
+
+static void depths_on_few_rungs_come_back_bit_for_bit(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  for (int steps = 1; steps <= 18; steps++) {
+    if (18 % steps) continue;
+    vt_tree tree, back;
+    vt_rng rng = vt_seed_rng(8, (uint64_t)steps);
+    make_tree(context, &tree_cases[9], &tree);
+    vt_level *level = &tree.octree.levels[3];
+    float before[4096];
+    for (uint32_t i = 0; i < level->corner_count; i++)
+      before[i] = level->corner_values[4 * i] = (float)(1e-5 * pow(1e6, vt_random_unit(&rng)));
+    vt_snap_depths(level->corner_values, 4, level->corner_count, 1e-3f, steps);
+    for (uint32_t i = 0; i < level->corner_count; i++)
+      if (before[i] < 1e-3f) assert_true(level->corner_values[4 * i] == 0);
+      else assert_close(level->corner_values[4 * i] / before[i], 1, exp2(0.5001 / steps) - 1);
+    vt_cells_from_corners(level);
+    size_t size;
+    uint8_t *bytes = bytes_of(context, &tree, &size);
+    assert_int_equal(vt_parse_tree(context, bytes, size, "oak.vtree", &back, NULL), VT_OK);
+    assert_memory_equal(level->corner_values, back.octree.levels[3].corner_values, 16 * (size_t)level->corner_count);
+    assert_memory_equal(level->optical_depth, back.octree.levels[3].optical_depth, 4 * (size_t)level->cell_count);
+    vt_free(context, bytes);
+    vt_free_tree(context, &tree);
+    vt_free_tree(context, &back);
+  }
+  vt_destroy_context(context);
+}
+
+static void a_copy_has_corners_and_view_textures_of_its_own(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  vt_tree tree, copy;
+  make_tree(context, &tree_cases[8], &tree);
+  assert_int_equal(vt_copy_tree_without_tiles(context, &tree, &copy), VT_OK);
+  assert_same_tree(&tree, &copy, 0);
+  assert_true(copy.octree.levels[3].corner_values != tree.octree.levels[3].corner_values);
+  assert_true(copy.view_textures[3].views[0].codes != tree.view_textures[3].views[0].codes);
+  vt_free_tree(context, &tree);
+  vt_free_tree(context, &copy);
   vt_destroy_context(context);
 }
 
@@ -164,7 +262,7 @@ static void a_tree_that_cannot_be_written_leaves_no_file(void **state) {
 
 // ==== golden bytes ===================================================================================================
 
-static const int golden_cases[] = {0, 1, 2, 4}; // raw, packed, trigrid, orphans
+static const int golden_cases[] = {0, 1, 2, 4, 8, 9, 10}; // raw, packed, trigrid, orphans; since 1.1 the two fields, textured_cells
 
 static void files_of_version_1_stay_readable(void **state) {
   (void)state;
@@ -214,6 +312,10 @@ int main(int argc, char **argv) {
       cmocka_unit_test(a_tree_comes_back_as_it_was),
       cmocka_unit_test(writing_what_was_read_gives_the_same_bytes),
       cmocka_unit_test(a_prefix_of_the_file_is_a_coarse_tree),
+      cmocka_unit_test(a_file_says_the_least_version_that_has_its_chunks),
+      cmocka_unit_test(the_report_says_the_bytes_of_each_level),
+      cmocka_unit_test(depths_on_few_rungs_come_back_bit_for_bit),
+      cmocka_unit_test(a_copy_has_corners_and_view_textures_of_its_own),
       cmocka_unit_test(coded_depths_are_off_by_at_most_two_per_cent_over_the_whole_range_of_float),
       cmocka_unit_test(a_tree_that_cannot_be_written_leaves_no_file),
       cmocka_unit_test(files_of_version_1_stay_readable),

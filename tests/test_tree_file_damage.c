@@ -114,10 +114,10 @@ static void damage_with_true_checksums_gives_an_error_or_a_sound_tree(void **sta
   vt_context *context = make_context();
   vt_rng rng = vt_seed_rng(1, 1);
   int sound = 0, refused = 0;
-  for (int round = 0; round < 16000; round++) {
+  for (int round = 0; round < 2000 * TREE_CASE_COUNT; round++) {
     static uint8_t *bytes;
     static size_t size;
-    if (round % 2000 == 0) bytes = bytes_of_case(context, &tree_cases[round / 2000 % TREE_CASE_COUNT], &size);
+    if (round % 2000 == 0) bytes = bytes_of_case(context, &tree_cases[round / 2000], &size);
     uint8_t *file = VT_NEW(context, uint8_t, size);
     memcpy(file, bytes, size);
     size_t front = 32 + 32 * chunk_count(file);
@@ -128,7 +128,7 @@ static void damage_with_true_checksums_gives_an_error_or_a_sound_tree(void **sta
     mend_checksums(file, size);
     vt_tree tree, again;
     vt_status status = vt_parse_tree(context, file, size, "oak.vtree", &tree, NULL);
-    if (status == VT_OK && sound++ % 16 == 0) { // each is written to a disk that is waited for
+    if (status == VT_OK && sound++ % 32 == 0) { // each is written to a disk that is waited for
       size_t first_size, second_size;
       uint8_t *first = bytes_of(context, &tree, &first_size);
       assert_int_equal(vt_parse_tree(context, first, first_size, "oak.vtree", &again, NULL), VT_OK);
@@ -327,6 +327,104 @@ static void values_that_cannot_be_are_refused_although_the_checksums_are_right(v
   assert_content_refused(1, "TCOD", 3, 0, ones, 1, "names a codeword");
 }
 
+static void fields_that_cannot_be_are_refused_although_the_checksums_are_right(void **state) {
+  (void)state;
+  const uint8_t ones[8] = {255, 255, 255, 255, 255, 255, 255, 255}, none[8] = {0}, minus[1] = {0xBF}, two[1] = {0x40};
+  vt_context *context = make_context();
+  vt_tree tree;
+  make_tree(context, &tree_cases[8], &tree);
+  size_t corners = tree.octree.levels[3].corner_count; // the highest byte of a number is in its fourth plane
+  vt_free_tree(context, &tree);
+  vt_destroy_context(context);
+  assert_content_refused(8, "COPA", 3, 3 * corners, minus, 1, "negative, too great or not finite");
+  assert_content_refused(8, "COPA", 3, 3 * corners, ones, 1, "negative, too great or not finite");
+  assert_content_refused(8, "CCOL", 3, 11 * corners, minus, 1, "negative, too great or not finite");
+  assert_content_refused(8, "CCOL", 3, 11 * corners, two, 1, "negative, too great or not finite");
+  assert_content_refused(9, "COPA", 3, 0, ones, 4, "negative or not finite");
+  assert_content_refused(9, "CCOL", 3, 0, ones, 1, "names a codeword");
+  assert_content_refused(9, "COLR", 0, 0, ones, 1, "names a codeword");
+  assert_content_refused(9, "CBKF", 0, 3, none, 3, "do not rise");
+  const size_t places[] = {0, 4, 8, 12, 16, 20, 24}; // factor, then the first view's six numbers
+  for (size_t i = 0; i < 7; i++) assert_content_refused(8, "VIDX", 3, places[i], ones, 4, "picture that cannot be");
+  assert_content_refused(8, "VIDX", 3, 0, none, 4, "picture that cannot be");
+  assert_content_refused(8, "VIDX", 3, 4, none, 4, "picture that cannot be");
+  assert_content_refused(8, "VIDX", 3, 20, none, 4, "picture that cannot be"); // no columns, but rows
+  assert_content_refused(8, "VIDX", 3, 24, none, 1, "picture that cannot be"); // others than there are codes for
+  assert_content_refused(8, "VIDX", 3, 4 + 24 + 8, ones, 1, "picture that cannot be"); // an empty rectangle somewhere
+}
+
+// A chunk of a level in the place of what the writer made, or before the chunk that is named.
+static void assert_chunk_refused(int case_index, const char *at_type, int level, bool replace, const char *type, size_t stored,
+                                 uint64_t raw_size, const char *why) {
+  vt_context *context = make_context();
+  size_t size, new_size;
+  uint8_t *bytes = bytes_of_case(context, &tree_cases[case_index], &size), *content = VT_NEW(context, uint8_t, stored);
+  size_t at = find_chunk(bytes, at_type, level, NULL);
+  uint8_t *file = with_chunk(context, bytes, size, at, replace, type, level, stored == raw_size ? 0 : 1, content, stored,
+                             raw_size, &new_size);
+  vt_reset_peak(context);
+  uint64_t before = vt_bytes_in_use(context);
+  assert_refused(context, file, new_size, why);
+  assert_true(vt_peak_bytes(context) - before < 1 << 20);
+  vt_free(context, file);
+  vt_free(context, content);
+  vt_free(context, bytes);
+  vt_destroy_context(context);
+}
+
+static void field_chunks_of_hostile_sizes_are_refused_before_memory_is_asked_for(void **state) {
+  (void)state;
+  for (int i = 8; i <= 9; i++) {
+    assert_chunk_refused(i, "CCOL", 3, true, "CCOL", 0, 0, "size that does not fit");
+    assert_chunk_refused(i, "CCOL", 3, true, "CCOL", 5, 12ull << 40, "size that does not fit");
+    assert_chunk_refused(i, "CCOL", 3, true, "CCOL", 5, UINT64_MAX, "size that does not fit");
+    assert_chunk_refused(i, "CCOL", 3, true, "CCOL", 12, 12, "COPA"); // another count than the depths
+    assert_chunk_refused(i, "COPA", 3, true, "COPA", 5, UINT64_MAX, "size that does not fit");
+    assert_chunk_refused(i, "VCOD", 3, true, "VCOD", 5, UINT64_MAX, "size that does not fit");
+    assert_chunk_refused(i, "VCOD", 3, true, "VCOD", 5, 1ull << 40, "more than a file of this length");
+    assert_chunk_refused(i, "VCOD", 3, true, "VCOD", 5, 1ull << 20, "picture that cannot be");
+    assert_chunk_refused(i, "VIDX", 3, true, "VIDX", 5, 1ull << 20, "size that does not fit");
+    assert_chunk_refused(i, "VIDX", 3, true, "VIDX", 28, 28, "size that does not fit");
+    assert_chunk_refused(i, "COPA", 3, false, "COLR", 0, 0, "should not be there");
+  }
+  assert_chunk_refused(8, "CELL", 0, false, "CBKF", 3, 3, "should not be there"); // a raw tree
+  assert_chunk_refused(9, "CBKF", 0, true, "CBKF", 4, 4, "size that does not fit");
+  assert_chunk_refused(9, "CBKF", 0, true, "CBKF", 0, 0, "size that does not fit");
+  assert_chunk_refused(9, "CBKF", 0, true, "CBKF", 5, 3 * 65537, "size that does not fit");
+  assert_chunk_refused(9, "CBKF", 0, true, "CBKA", 16, 16, "no field codebook");
+  assert_chunk_refused(9, "CBKF", 0, false, "CBKA", 16, 16, "CBKC is missing");
+  assert_chunk_refused(1, "TCOD", 3, false, "VIDX", 0, 0, "comes twice or too late");
+}
+
+static void view_textures_beside_tiles_are_refused(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  size_t size, new_size;
+  uint8_t *bytes = bytes_of_case(context, &tree_cases[0], &size), index[4 + 3 * 24] = {1}; // raw, 3 views
+  for (int v = 0; v < 3; v++) index[4 + 24 * v] = index[8 + 24 * v] = 1;
+  uint8_t *file = with_chunk(context, bytes, size, chunk_count(bytes), false, "VIDX", 3, 0, index, sizeof index,
+                             sizeof index, &new_size);
+  assert_refused(context, file, new_size, "beside tiles");
+  vt_free(context, file);
+  vt_free(context, bytes);
+  vt_destroy_context(context);
+}
+
+static void a_newer_file_that_cannot_be_read_asks_for_a_newer_program(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  size_t size, new_size;
+  uint8_t *bytes = bytes_of_case(context, &tree_cases[8], &size);
+  uint8_t *less = without_chunk(context, bytes, size, find_chunk(bytes, "COPA", 3, NULL), &new_size);
+  assert_refused(context, less, new_size, "make it again");
+  put_number(less + 10, 2, 2);
+  mend_checksums(less, new_size);
+  assert_refused(context, less, new_size, "use a newer voltree");
+  vt_free(context, less);
+  vt_free(context, bytes);
+  vt_destroy_context(context);
+}
+
 static void a_packed_chunk_that_unpacks_to_another_size_is_refused(void **state) {
   (void)state;
   vt_context *context = make_context();
@@ -379,6 +477,10 @@ int main(void) {
       cmocka_unit_test(a_missing_or_repeated_chunk_is_named),
       cmocka_unit_test(counts_that_no_file_can_hold_are_refused_before_memory_is_asked_for),
       cmocka_unit_test(values_that_cannot_be_are_refused_although_the_checksums_are_right),
+      cmocka_unit_test(fields_that_cannot_be_are_refused_although_the_checksums_are_right),
+      cmocka_unit_test(field_chunks_of_hostile_sizes_are_refused_before_memory_is_asked_for),
+      cmocka_unit_test(view_textures_beside_tiles_are_refused),
+      cmocka_unit_test(a_newer_file_that_cannot_be_read_asks_for_a_newer_program),
       cmocka_unit_test(a_packed_chunk_that_unpacks_to_another_size_is_refused),
       cmocka_unit_test(a_build_without_zstd_says_so),
   };

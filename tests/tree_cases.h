@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/rng.h"
 #include "octree/octree.h"
+#include <math.h>
 #include <string.h>
 
 #ifdef __cplusplus
@@ -19,13 +20,23 @@ typedef struct tree_case {
   bool orphans; // the finest level has cells without a parent
   bool shuffled; // tiles are not numbered as the file numbers them
   int empty_from; // levels from here on have no cells
+  bool corners, views; // from level 1 or 2 on, instead of tiles
+  int field_codewords; // if packed
 } tree_case;
 
 static const tree_case tree_cases[] = {
-    {"raw", 2, 4, 4, 3, false, false, false, 99},       {"packed", 2, 4, 4, 3, true, false, false, 99},
-    {"trigrid", 3, 3, 8, 1, false, false, false, 99},   {"packed_trigrid", 3, 3, 8, 2, true, false, true, 99},
-    {"orphans", 2, 4, 4, 2, false, true, true, 99},      {"no_views", 2, 3, 4, 0, true, false, false, 99},
-    {"empty_levels", 2, 4, 4, 2, true, false, true, 2}, {"nothing", 2, 1, 4, 1, false, false, false, 0},
+    {"raw", 2, 4, 4, 3, false, false, false, 99, false, false, 0},
+    {"packed", 2, 4, 4, 3, true, false, false, 99, false, false, 0},
+    {"trigrid", 3, 3, 8, 1, false, false, false, 99, false, false, 0},
+    {"packed_trigrid", 3, 3, 8, 2, true, false, true, 99, false, false, 0},
+    {"orphans", 2, 4, 4, 2, false, true, true, 99, false, false, 0},
+    {"no_views", 2, 3, 4, 0, true, false, false, 99, false, false, 0},
+    {"empty_levels", 2, 4, 4, 2, true, false, true, 2, false, false, 0},
+    {"nothing", 2, 1, 4, 1, false, false, false, 0, false, false, 0},
+    {"field", 2, 4, 4, 3, false, false, false, 99, true, true, 0},
+    {"packed_field", 2, 4, 4, 3, true, false, false, 99, true, true, 40},
+    {"textured_cells", 2, 4, 4, 2, true, true, false, 99, false, true, 300},
+    {"corners_alone", 3, 3, 8, 1, true, false, false, 2, true, false, 257},
 };
 #define TREE_CASE_COUNT ((int)(sizeof tree_cases / sizeof tree_cases[0]))
 
@@ -82,6 +93,38 @@ static inline void fill_tiles(vt_context *context, vt_rng *rng, const tree_case 
   }
 }
 
+// Corners' values from few depths, so that they pack; colours from the codebook if there is one.
+static inline void fill_corners(vt_context *context, vt_rng *rng, const tree_case *c, int l, vt_tree *tree) {
+  vt_level *level = &tree->octree.levels[l];
+  const vt_codebook *book = &tree->field_codebook;
+  if (c->corners && l > 0) VT_ASSERT(vt_make_corners(context, c->branching, level) == VT_OK);
+  size_t count = level->corner_count ? level->corner_count : level->cell_count;
+  for (size_t i = 0; i < count; i++) {
+    float *colour = level->corner_count ? level->corner_values + 4 * i + 1 : level->colour + 3 * i;
+    if (level->corner_count) colour[-1] = vt_random(rng) % 4 == 0 ? 0 : ldexpf(1, -(int)(vt_random(rng) % 7));
+    for (size_t k = 0, word = vt_random(rng); k < 3; k++)
+      colour[k] = book->codeword_count ? (float)book->codewords[word % (size_t)book->codeword_count * 3 + k] / 255
+                  : level->corner_count ? (float)vt_random_unit(rng)
+                                        : (float)(vt_random(rng) % 256) / 255;
+  }
+  if (level->corner_count) vt_cells_from_corners(level);
+}
+
+// The second view keeps nothing, the others a part.
+static inline void fill_views(vt_context *context, vt_rng *rng, const tree_case *c, int l, vt_tree *tree) {
+  vt_view_textures *textures = &tree->view_textures[l];
+  if (!c->views || l < 2) return;
+  *textures = (vt_view_textures){c->view_count, 32 >> l, VT_NEW(context, vt_view_texture, (size_t)c->view_count)};
+  for (int v = 0; v < c->view_count; v++) {
+    vt_view_texture t = {.width = 20 * l + v, .height = 15 * l, .left = 3 * v, .top = 7, .columns = 11 + v, .rows = 5};
+    if (v == 1) t.left = t.top = t.columns = t.rows = 0;
+    t.codes = random_bytes(context, rng, (size_t)(t.columns * t.rows), 5);
+    textures->views[v] = t;
+  }
+}
+
+static inline bool has_field(const tree_case *c) { return c->corners || c->views; }
+
 // The same tree for ever: the golden files hold it.
 static inline void make_tree(vt_context *context, const tree_case *c, vt_tree *tree) {
   vt_rng rng = vt_seed_rng(2006, (uint64_t)(c - tree_cases));
@@ -96,14 +139,23 @@ static inline void make_tree(vt_context *context, const tree_case *c, vt_tree *t
                                    .rotation = {{cosine, sine, 0, 0 - sine, cosine, 0, 0, 0, 1}},
                                    .translation = {0.1 * v, -0.2, 5}};
   }
-  if (c->packed) {
+  if (c->packed && has_field(c)) {
+    uint8_t *words = random_bytes(context, &rng, 3 * (size_t)c->field_codewords, 256);
+    for (int i = 0; i < c->field_codewords; i++) words[3 * i] = (uint8_t)(i / 2), words[3 * i + 1] = (uint8_t)(i % 2 ? 255 : 7);
+    tree->field_codebook = (vt_codebook){c->field_codewords, 3, words};
+  } else if (c->packed) {
     size_t texels = (size_t)(c->texel_edge * c->texel_edge);
     tree->alpha_codebook = (vt_codebook){7, 1, random_bytes(context, &rng, 7 * texels, 256)};
     tree->colour_codebook = (vt_codebook){260, 3, random_bytes(context, &rng, 260 * texels * 3, 4)};
   }
   for (int l = 0; l < c->level_count; l++) {
     fill_level(context, &rng, c, l, tree);
-    fill_tiles(context, &rng, c, l, tree);
+    if (has_field(c)) {
+      fill_corners(context, &rng, c, l, tree);
+      fill_views(context, &rng, c, l, tree);
+    } else {
+      fill_tiles(context, &rng, c, l, tree);
+    }
   }
 }
 
