@@ -172,7 +172,8 @@ static void fill_linear(vt_level *cells) {
     for (int k = 0; k < 8; k++) {
       double n = cells->axis_cells;
       double p[3] = {(cells->x[i] + (k & 1)) / n, (cells->y[i] + (k >> 1 & 1)) / n, (cells->z[i] + (k >> 2)) / n};
-      for (int c = 0; c < 4; c++) cells->corner_values[4 * (size_t)cells->corner_of[8 * i + (size_t)k] + (size_t)c] = linear(p, c);
+      float *v = cells->corner_values + 4 * (size_t)cells->corner_of[8 * i + (size_t)k];
+      for (int c = 0; c < 4; c++) v[c] = (float)linear(p, c);
     }
 }
 
@@ -356,7 +357,8 @@ static void unit_and_place_of_the_world_do_not_show(void **state) {
   const double scales[] = {1e-6, 1e6, 1};
   const vt_vec3 shifts[] = {{0.1, 0.2, -0.1}, {0, 0, 0}, {1e5, -2e5, 1.2e5}}; // about 10^6 cells
   for (int i = 0; i < 3; i++) {
-    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 20, true, true), moved = scene_field_tree(context, 4, 0.3, 3, 20, true, true);
+    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 20, true, true);
+    vt_tree moved = scene_field_tree(context, 4, 0.3, 3, 20, true, true);
     scene_move(&moved, scales[i], shifts[i]);
     for (int e = 0; e < EYES; e++)
       for (int flat = 0; flat < 2; flat++) {
