@@ -44,7 +44,7 @@ static inline void scene_cut_textures(vt_tree *tree, int level, vt_rng *rng) {
 }
 
 // A tree of one level, root [-1, 1]^3, without tiles.
-static inline vt_tree scene_field_tree(vt_context *context, int level, double share, int view_count, uint64_t seed,
+static inline vt_tree scene_random_field(vt_context *context, int level, double share, int view_count, uint64_t seed,
                                        bool field, bool textures) {
   vt_tree tree = scene_random_tree(context, level, share, view_count, 1, seed);
   vt_free_tiles(context, &tree.tiles[level]);
