@@ -44,7 +44,7 @@ static inline void scene_cut_textures(vt_tree *tree, int level, vt_rng *rng) {
 }
 
 // A tree of one level, root [-1, 1]^3, without tiles.
-static inline vt_tree scene_field_tree(vt_context *context, int level, double share, int view_count, uint64_t seed,
+static inline vt_tree scene_random_field(vt_context *context, int level, double share, int view_count, uint64_t seed,
                                        bool field, bool textures) {
   vt_tree tree = scene_random_tree(context, level, share, view_count, 1, seed);
   vt_free_tiles(context, &tree.tiles[level]);
@@ -63,8 +63,9 @@ static inline vt_ray scene_random_ray(vt_rng *rng) {
   for (int a = 0; a < 3; a++) {
     uint32_t kind = vt_random(rng) % 12;
     if (kind == 0) direction[a] = 0;
-    if (kind == 1) direction[a] *= 1e-6;
+    if (kind == 1 || kind == 2) direction[a] *= 1e-6;
     if (kind < 3) origin[a] = floor(vt_random_between(rng, -8, 8)) / 8;
+    if (kind == 2) origin[a] += vt_random_between(rng, -1e-6, 1e-6); // goes through that face at the next cells
   }
   vt_vec3 d = {direction[0], direction[1], direction[2]};
   if (!(vt_length(d) > 0.01)) d = vt_v3(0, 0, 1);

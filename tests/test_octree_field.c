@@ -28,7 +28,7 @@ static void both_instances_give_the_same_bits(void **state) {
   sample_room *a = VT_NEW(context, sample_room, 1), *b = VT_NEW(context, sample_room, 1);
   size_t met = 0;
   for (int round = 0; round < 6; round++) {
-    vt_tree tree = scene_field_tree(context, 5, 0.3, 5, (uint64_t)round, round % 3 != 1, true);
+    vt_tree tree = scene_random_field(context, 5, 0.3, 5, (uint64_t)round, round % 3 != 1, true);
     const vt_level *cells = &tree.octree.levels[5];
     if (round > 2) scene_cut_textures(&tree, 5, &rng);
     size_t capacity = vt_max_segments(cells);
@@ -172,7 +172,8 @@ static void fill_linear(vt_level *cells) {
     for (int k = 0; k < 8; k++) {
       double n = cells->axis_cells;
       double p[3] = {(cells->x[i] + (k & 1)) / n, (cells->y[i] + (k >> 1 & 1)) / n, (cells->z[i] + (k >> 2)) / n};
-      for (int c = 0; c < 4; c++) cells->corner_values[4 * (size_t)cells->corner_of[8 * i + (size_t)k] + (size_t)c] = linear(p, c);
+      float *v = cells->corner_values + 4 * (size_t)cells->corner_of[8 * i + (size_t)k];
+      for (int c = 0; c < 4; c++) v[c] = (float)linear(p, c);
     }
 }
 
@@ -249,7 +250,7 @@ static void ratios_are_those_of_the_photographs_that_see_the_point(void **state)
   vt_rng rng = vt_seed_rng(14, 1);
   size_t checked = 0, unseen = 0;
   for (int round = 0; round < 3; round++) {
-    vt_tree tree = scene_field_tree(context, 4, 0.2, 4, 15 + (uint64_t)round, true, false);
+    vt_tree tree = scene_random_field(context, 4, 0.2, 4, 15 + (uint64_t)round, true, false);
     for (int v = 0; v < 4; v++) tree.cameras[v].width = tree.cameras[v].height = 60, tree.cameras[v].cx = tree.cameras[v].cy = 30;
     if (round) tree.cameras[1] = scene_camera(0.1, -0.2, 0.3, 60); // within the crown: half of it is behind
     if (round == 2) tree.cameras[2] = scene_camera(0.4, 0.5, 0.3, 60), tree.cameras[0] = tree.cameras[3] = tree.cameras[1];
@@ -302,7 +303,7 @@ static vt_camera camera_at(int eye) {
 static void constant_fields_look_like_constant_cells(void **state) {
   (void)state;
   vt_context *context = scene_context(2);
-  vt_tree tree = scene_field_tree(context, 4, 0.4, 3, 18, true, false);
+  vt_tree tree = scene_random_field(context, 4, 0.4, 3, 18, true, false);
   vt_level *cells = &tree.octree.levels[4];
   const float constant[4] = {0.7f, 0.2f, 0.9f, 0.4f};
   for (size_t i = 0; i < 4 * (size_t)cells->corner_count; i++) cells->corner_values[i] = constant[i % 4];
@@ -333,7 +334,7 @@ static void pictures_have_the_same_bits_for_any_number_of_threads(void **state) 
   vt_fimage pictures[3][2];
   for (int i = 0; i < 3; i++) {
     vt_context *context = scene_context(threads[i]);
-    vt_tree tree = scene_field_tree(context, 5, 0.3, 3, 19, true, true);
+    vt_tree tree = scene_random_field(context, 5, 0.3, 3, 19, true, true);
     vt_camera camera = camera_at(0);
     for (int flat = 0; flat < 2; flat++) {
       vt_fimage image = picture_of(context, &tree, 5, flat, &camera);
@@ -356,7 +357,8 @@ static void unit_and_place_of_the_world_do_not_show(void **state) {
   const double scales[] = {1e-6, 1e6, 1};
   const vt_vec3 shifts[] = {{0.1, 0.2, -0.1}, {0, 0, 0}, {1e5, -2e5, 1.2e5}}; // about 10^6 cells
   for (int i = 0; i < 3; i++) {
-    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 20, true, true), moved = scene_field_tree(context, 4, 0.3, 3, 20, true, true);
+    vt_tree tree = scene_random_field(context, 4, 0.3, 3, 20, true, true);
+    vt_tree moved = scene_random_field(context, 4, 0.3, 3, 20, true, true);
     scene_move(&moved, scales[i], shifts[i]);
     for (int e = 0; e < EYES; e++)
       for (int flat = 0; flat < 2; flat++) {
@@ -381,7 +383,7 @@ static void a_ratio_of_one_shows_what_is_shown_flat(void **state) {
   (void)state;
   vt_context *context = scene_context(2);
   for (int field = 0; field < 2; field++) {
-    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 21, field, true);
+    vt_tree tree = scene_random_field(context, 4, 0.3, 3, 21, field, true);
     for (int v = 0; v < 3; v++) {
       const vt_view_texture *t = &tree.view_textures[4].views[v];
       for (int i = 0; i < t->columns * t->rows; i++) t->codes[i] = 127 + (i & 1) * (v == 0); // ln R = -0.015 or 0.015

@@ -163,7 +163,7 @@ static void fields_and_view_textures_look_the_same(void **state) {
   (void)state;
   for (int what = 1; what < 4; what++) { // field only, view textures only, both
     vt_context *context = scene_context(2);
-    vt_tree tree = scene_field_tree(context, 4, 0.35, 7, 30 + (uint64_t)what, what & 1, what & 2);
+    vt_tree tree = scene_random_field(context, 4, 0.35, 7, 30 + (uint64_t)what, what & 1, what & 2);
     compare_field_tree(context, &tree, 4, what & 2 ? 4 : 0);
     vt_free_tree(context, &tree);
     vt_destroy_context(context);
@@ -175,7 +175,7 @@ static void views_that_see_little_look_the_same(void **state) {
   (void)state;
   for (int field = 0; field < 2; field++) {
     vt_context *context = scene_context(2);
-    vt_tree tree = scene_field_tree(context, 4, 0.35, 9, 41, field, false);
+    vt_tree tree = scene_random_field(context, 4, 0.35, 9, 41, field, false);
     for (int v = 0; v < 9; v += 2) tree.cameras[v].fx *= 3, tree.cameras[v].fy *= 3;
     tree.cameras[3] = scene_camera(0.2, 0.3, -0.1, 33);
     scene_add_textures(context, &tree, 4, 1, 42);
@@ -191,7 +191,7 @@ static void views_that_see_little_look_the_same(void **state) {
 static void large_view_textures_look_the_same(void **state) {
   (void)state;
   vt_context *context = scene_context(2);
-  vt_tree tree = scene_field_tree(context, 4, 0.35, 5, 45, true, false);
+  vt_tree tree = scene_random_field(context, 4, 0.35, 5, 45, true, false);
   for (int v = 0; v < 5; v++) {
     vt_camera *camera = &tree.cameras[v];
     const double scale = 16;
@@ -211,7 +211,7 @@ static void scaled_and_shifted_fields_look_the_same(void **state) {
   double scales[] = {1e-6, 1e6, 1};
   vt_vec3 shifts[] = {{0.1, 0.2, -0.1}, {0, 0, 0}, {1e5, -2e5, 1.2e5}}; // about 10^6 cells
   for (int i = 0; i < 3; i++) {
-    vt_tree tree = scene_field_tree(context, 4, 0.3, 3, 44, true, true);
+    vt_tree tree = scene_random_field(context, 4, 0.3, 3, 44, true, true);
     scene_move(&tree, scales[i], shifts[i]);
     vt_renderer *gl = gl_or_skip(context, &tree), *cpu = NULL;
     assert_int_equal(vt_create_renderer(context, &tree, VT_BACKEND_CPU, &cpu), VT_OK);

@@ -225,7 +225,7 @@ static void view_textures_and_flat_cells_have_levels_too(void **state) {
 static void cells_with_opacity_at_any_corner_are_drawn(void **state) {
   (void)state;
   vt_context *context = scene_context(1);
-  vt_tree tree = scene_field_tree(context, 3, 0.5, 3, 50, true, true);
+  vt_tree tree = scene_random_field(context, 3, 0.5, 3, 50, true, true);
   vt_level *cells = &tree.octree.levels[3];
   vt_view_weights weights = {.count = 1, .view = {1}, .weight = {1}}, none = {.count = 0};
   uint32_t touching = 0, corner = cells->corner_of[8 * (cells->cell_count / 2) + 7];
