@@ -7,8 +7,6 @@
 #include "reconstruct/probe_level.h"
 #include "reconstruct/run.h"
 #include "reconstruct/view_textures.h"
-#include <stdlib.h>
-static double tune(const char *n, double d) { const char *v = getenv(n); return v ? atof(v) : d; }
 
 #define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
 

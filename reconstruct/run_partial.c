@@ -88,7 +88,7 @@ vt_status vt_reconstruct_hull(vt_context *context, const vt_views *views, int le
   for (uint32_t i = 0; i < cells->cell_count && !status; i++) cells->optical_depth[i] = 30;
   vt_rays rays = {0};
   if (!status) status = vt_collect_rays(context, &out->octree, level, vt_coarse_level_for(&r, level, reduced.factor), &reduced,
-                                          LARGEST_RAY_STORE, &rays);
+                                          vt_ray_bound(&r), &rays);
   if (!status) status = vt_estimate_colour(context, &rays, cells, 0);
   vt_free_rays(context, &rays);
   out->octree.level_count = level + 1;
