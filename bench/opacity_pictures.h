@@ -8,6 +8,7 @@
 #define VT_BENCH_OPACITY_PICTURES_H
 
 #include "base/image_file.h"
+#include "base/views.h"
 #include "octree/octree.h"
 
 #include <math.h>
