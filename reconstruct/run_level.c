@@ -8,8 +8,6 @@
 #include "reconstruct/run.h"
 #include "reconstruct/view_textures.h"
 
-#define TEXELS_PER_EDGE(tree) ((double)(tree)->texel_edge / (double)(tree)->tile_side)
-
 vt_status vt_begin_level(vt_run *r, int level) {
   vt_octree *octree = &r->tree->octree;
   if (level) {
@@ -80,8 +78,11 @@ static vt_status prune_level(vt_run *r, int level, vt_rays *rays) {
   return status;
 }
 
+// A texel of a tile covers one to two pixels. A field is fitted to three to six pixels across a cell: more cost time and say
+// little that the view textures, as fine as these pixels, do not say again.
 vt_status vt_reduce_for_level(vt_run *r, int level, vt_reduced_views *out) {
-  int factor = (int)(vt_cell_pixels(r, level) / TEXELS_PER_EDGE(r->tree));
+  double texels = r->recipe.field ? 3 : (double)r->tree->texel_edge / (double)r->tree->tile_side;
+  int factor = (int)(vt_cell_pixels(r, level) / texels);
   return vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, out);
 }
 
