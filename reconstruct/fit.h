@@ -20,7 +20,8 @@ typedef struct vt_fit_desc {
   float largest;         // bound of the optical depth across a cell's edge
   float ratio_limit;     // largest factor by which a matte may thicken the cells on its ray, >= 1
   int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many
-                         // others, 1..VT_MAX_BLEND_VIEWS (leave-one-out)
+                         // others, 1..VT_MAX_BLEND_VIEWS - 1 (leave-one-out)
+  float own_share;       // of the photograph's own texture in that prediction, < 1, negative: taken off
   int parts;             // a photograph's pixels are taken in so many steps, >= 1
   double begun, deadline; // vt_seconds() between which the steps fall; no further epoch begins after the deadline; 0: by epochs
 } vt_fit_desc;
