@@ -87,27 +87,36 @@ static void scatter(const vt_level *cells, const vt_chord *chords, size_t count,
   }
 }
 
+float vt_field_gradient(const vt_octree *octree, int level, const vt_ray *ray, const vt_chord *chords, size_t count,
+                        const vt_field_view *views, int view_count, const float target[4], vt_fit_scratch *scratch,
+                        float *sums) {
+  vt_field_samples *s = &scratch->samples;
+  vt_sample_field(octree, level, ray, chords, count, s);
+  if (view_count) vt_sample_ratios(octree, level, ray, views, view_count, count, s);
+  for (size_t k = 0; k < count; k++) {
+    float factor = chords[k].length * (view_count ? vt_exp_of_any(s->log_ratio[k]) : 1);
+    s->log_ratio[k] = factor;
+    scratch->depth[k] = s->value[k][0] * factor;
+  }
+  float loss = vt_ray_gradient(scratch->depth, s->value, count, target, scratch->gradient);
+  for (size_t k = 0; k < count; k++) scratch->gradient[k][0] *= s->log_ratio[k];
+  scatter(&octree->levels[level], chords, count, s->inside, scratch->gradient, sums);
+  return loss;
+}
+
 static void visit(void *user, const vt_swept_ray *ray) {
   fit_job *job = user;
   if ((ray->x + ray->y) % job->desc->parts != job->part) return;
-  size_t first = job->capacity * (size_t)ray->lane, count = ray->chord_count;
-  vt_field_samples samples = {job->along + first, job->inside + first, job->value + first, job->log_ratio + first};
-  float *depth = job->depth + first, (*gradient)[4] = job->gradient + first;
+  size_t first = job->capacity * (size_t)ray->lane;
+  vt_fit_scratch scratch = {{job->along + first, job->inside + first, job->value + first, job->log_ratio + first},
+                            job->depth + first, job->gradient + first};
   vt_ray world = vt_camera_ray(&job->rays->views->cameras[ray->view], ray->x + 0.5, ray->y + 0.5);
-  vt_sample_field(job->rays->octree, job->rays->level, &world, ray->chords, count, &samples);
-  if (job->textures)
-    vt_sample_ratios(job->rays->octree, job->rays->level, &world, job->views[ray->view], job->view_count[ray->view], count,
-                     &samples);
-  for (size_t k = 0; k < count; k++) {
-    float factor = ray->chords[k].length * (job->textures ? vt_exp_of_any(samples.log_ratio[k]) : 1);
-    samples.log_ratio[k] = factor;
-    depth[k] = samples.value[k][0] * factor;
-  }
   float a = (float)ray->pixel[3] / 255.0f, target[4] = {0, 0, 0, a};
   for (int c = 0; c < 3; c++) target[c] = a * (float)ray->pixel[c] / 255.0f;
-  job->loss[ray->lane] += (double)vt_ray_gradient(depth, samples.value, count, target, gradient);
-  for (size_t k = 0; k < count; k++) gradient[k][0] *= samples.log_ratio[k];
-  scatter(job->cells, ray->chords, count, samples.inside, gradient, job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane);
+  float *sums = job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane;
+  job->loss[ray->lane] += (double)vt_field_gradient(job->rays->octree, job->rays->level, &world, ray->chords, ray->chord_count,
+                                                    job->views[ray->view], job->textures ? job->view_count[ray->view] : 0,
+                                                    target, &scratch, sums);
 }
 
 typedef struct adam_job {
