@@ -23,7 +23,7 @@
 #include "reconstruct/view_textures.h"
 
 vt_fit_desc vt_default_fit_desc(void) {
-  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f,
+  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f, .opacity_share = 0.25f,
                        .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 4};
 }
 
@@ -68,6 +68,7 @@ typedef struct fit_job {
   float *along, *log_ratio, *depth; // [VT_LANES][capacity]
   float (*inside)[4], (*value)[4], (*gradient)[4];
   size_t capacity;
+  float opacity_step; // the first
   int part; // of the pixels, that this step takes
   double loss[VT_LANES];
 } fit_job;
@@ -181,7 +182,7 @@ static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, in
     vt_status status = vt_sweep_rays(context, job->rays, chosen, count, visit, job);
     if (status) return status;
     float decay = powf(desc->last_step_share, share_done(desc, step, steps * desc->epochs));
-    adam->opacity_step = desc->opacity_step * decay;
+    adam->opacity_step = job->opacity_step * decay;
     adam->colour_step = desc->colour_step * decay;
     adam->bias_first = (float)(1 / (1 - pow(0.9, step + 1)));
     adam->bias_second = (float)(1 / (1 - pow(0.99, step + 1)));
@@ -208,12 +209,24 @@ static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, v
   return status;
 }
 
+// No more than a share of the depth that a usual corner has, each counted by its own depth: in thin volumes, where all of a cell
+// is 0.06 deep, steps of 0.05 leave noise behind (blobs_64, held-out photographs: 43.7 dB, and 48.2 dB with a quarter of it).
+static float first_step(const vt_fit_desc *desc, const vt_level *cells) {
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < cells->corner_count; i++) {
+    double s = (double)cells->corner_values[4 * i];
+    sum += s, squares += s * s;
+  }
+  return sum > 0 ? (float)fmin((double)desc->opacity_step, (double)desc->opacity_share * squares / sum) : desc->opacity_step;
+}
+
 vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree, vt_level *cells) {
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1 && desc->parts >= 1);
   VT_ASSERT(desc->neighbours >= 0 && desc->neighbours <= VT_MAX_BLEND_VIEWS && tree->view_count == rays->views->count);
   size_t corners = cells->corner_count, max = vt_max_segments(cells), views = (size_t)rays->views->count;
   if (!corners || !desc->epochs) return VT_OK;
-  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max};
+  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max,
+                 .opacity_step = first_step(desc, cells)};
   job.sums = VT_NEW(context, float, 4 * corners * VT_LANES);
   job.along = VT_NEW(context, float, max * VT_LANES);
   job.log_ratio = VT_NEW(context, float, max * VT_LANES);

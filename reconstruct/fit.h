@@ -15,6 +15,7 @@ typedef struct vt_fit_desc {
   int epochs;            // sweeps over all photographs, >= 0
   int batch_count;       // steps per epoch, about; at least one photograph a step
   float opacity_step;    // of Adam, in optical depth per edge, first epoch
+  float opacity_share;   // but no more than this share of a usual corner's depth
   float colour_step;     // of Adam, in sRGB 0..1, first epoch
   float last_step_share; // both steps fall to this share until the end
   float largest;         // bound of the optical depth across a cell's edge
