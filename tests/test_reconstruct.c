@@ -66,7 +66,7 @@ static void opacity_of_phantoms_predicts_held_out_mattes(void **state) {
   vt_destroy_context(context);
 }
 
-static void every_method_makes_textures_that_predict(void **state) {
+static void every_method_makes_textures_that_predict_on_two_threads(void **state) {
   (void)state;
   vt_context *context = make_context(2);
   vt_synthetic_desc synthetic = phantom(VT_SYNTHETIC_BLOBS, 12, 48);
@@ -196,10 +196,11 @@ static void degenerate_captures_stay_finite(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(opacity_of_phantoms_predicts_held_out_mattes),
-      cmocka_unit_test(every_method_makes_textures_that_predict),
+      cmocka_unit_test(every_method_makes_textures_that_predict_on_two_threads),
       cmocka_unit_test(any_number_of_threads_gives_the_same_tree),
       cmocka_unit_test(scale_and_shift_change_nothing),
       cmocka_unit_test(empty_mattes_and_no_views_are_refused),
       cmocka_unit_test(degenerate_captures_stay_finite)};
+  only_threads_for_the_thread_sanitizer();
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
