@@ -6,7 +6,7 @@
 #                             dev        gcc with address and undefined-behaviour sanitizers and heavy checks: all tests but
 #                                        those that measure whole runs for minutes
 #                             dev-clang  the same with clang: all but the slow tests
-#                             bare       a C compiler alone: every test that needs nothing else
+#                             bare       a C compiler alone: every test that needs nothing else, but those of minutes
 #                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads, but the slow ones
 #   ./test.sh --no-setup ...  installs nothing
 # Without a name all five. The last line is "N passed, N failed, N skipped", in test cases; exit code 0 if none failed.
@@ -56,7 +56,7 @@ run_preset() { # adds to the sums; complains and counts a failure where the pres
   # The thread sanitizer knows nothing of how foreign libraries wait for each other, so they stay out.
   tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF -DVT_WITH_EMBREE=OFF)
     choose=(-L threads -LE 'slow|bench') ;;
-  dev) choose=(-LE bench) ;;
+  dev | bare) choose=(-LE bench) ;;
   dev-clang) choose=(-LE 'slow|bench') ;;
   esac
   local log=build/$preset/build.log

@@ -158,7 +158,6 @@ void vt_report_compression(vt_json_writer *json, const char *key, const vt_compr
     vt_json_put_number(json, "field_alpha_rmse", report->field_alpha_rmse);
     vt_json_put_number(json, "field_colour_delta_e", report->field_delta_e);
     vt_json_put_number(json, "log_ratio_rmse", report->log_ratio_rmse);
-    vt_json_put_number(json, "field_seconds", report->seconds_field);
   }
   vt_json_put_integer(json, "raw_bytes", (long long)report->raw_bytes);
   vt_json_put_integer(json, "packed_bytes", (long long)report->packed_bytes);

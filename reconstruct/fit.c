@@ -29,7 +29,7 @@
 #include "reconstruct/view_textures.h"
 
 vt_fit_desc vt_default_fit_desc(void) {
-  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f,
+  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f, .opacity_share = 0.25f,
                        .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 4, .own_share = -0.2f};
 }
 
@@ -74,6 +74,7 @@ typedef struct fit_job {
   float *along, *log_ratio, *depth; // [VT_LANES][capacity]
   float (*inside)[4], (*value)[4], (*gradient)[4];
   size_t capacity;
+  float opacity_step; // the first
   int part; // of the pixels, that this step takes
   double loss[VT_LANES];
 } fit_job;
@@ -93,27 +94,36 @@ static void scatter(const vt_level *cells, const vt_chord *chords, size_t count,
   }
 }
 
+float vt_field_gradient(const vt_octree *octree, int level, const vt_ray *ray, const vt_chord *chords, size_t count,
+                        const vt_field_view *views, int view_count, const float target[4], vt_fit_scratch *scratch,
+                        float *sums) {
+  vt_field_samples *s = &scratch->samples;
+  vt_sample_field(octree, level, ray, chords, count, s);
+  if (view_count) vt_sample_ratios(octree, level, ray, views, view_count, count, s);
+  for (size_t k = 0; k < count; k++) {
+    float factor = chords[k].length * (view_count ? vt_exp_of_any(s->log_ratio[k]) : 1);
+    s->log_ratio[k] = factor;
+    scratch->depth[k] = s->value[k][0] * factor;
+  }
+  float loss = vt_ray_gradient(scratch->depth, s->value, count, target, scratch->gradient);
+  for (size_t k = 0; k < count; k++) scratch->gradient[k][0] *= s->log_ratio[k];
+  scatter(&octree->levels[level], chords, count, s->inside, scratch->gradient, sums);
+  return loss;
+}
+
 static void visit(void *user, const vt_swept_ray *ray) {
   fit_job *job = user;
   if ((ray->x + ray->y) % job->desc->parts != job->part) return;
-  size_t first = job->capacity * (size_t)ray->lane, count = ray->chord_count;
-  vt_field_samples samples = {job->along + first, job->inside + first, job->value + first, job->log_ratio + first};
-  float *depth = job->depth + first, (*gradient)[4] = job->gradient + first;
+  size_t first = job->capacity * (size_t)ray->lane;
+  vt_fit_scratch scratch = {{job->along + first, job->inside + first, job->value + first, job->log_ratio + first},
+                            job->depth + first, job->gradient + first};
   vt_ray world = vt_camera_ray(&job->rays->views->cameras[ray->view], ray->x + 0.5, ray->y + 0.5);
-  vt_sample_field(job->rays->octree, job->rays->level, &world, ray->chords, count, &samples);
-  if (job->textures)
-    vt_sample_ratios(job->rays->octree, job->rays->level, &world, job->views[ray->view], job->view_count[ray->view], count,
-                     &samples);
-  for (size_t k = 0; k < count; k++) {
-    float factor = ray->chords[k].length * (job->textures ? vt_exp_of_any(samples.log_ratio[k]) : 1);
-    samples.log_ratio[k] = factor;
-    depth[k] = samples.value[k][0] * factor;
-  }
   float a = (float)ray->pixel[3] / 255.0f, target[4] = {0, 0, 0, a};
   for (int c = 0; c < 3; c++) target[c] = a * (float)ray->pixel[c] / 255.0f;
-  job->loss[ray->lane] += (double)vt_ray_gradient(depth, samples.value, count, target, gradient);
-  for (size_t k = 0; k < count; k++) gradient[k][0] *= samples.log_ratio[k];
-  scatter(job->cells, ray->chords, count, samples.inside, gradient, job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane);
+  float *sums = job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane;
+  job->loss[ray->lane] += (double)vt_field_gradient(job->rays->octree, job->rays->level, &world, ray->chords, ray->chord_count,
+                                                    job->views[ray->view], job->textures ? job->view_count[ray->view] : 0,
+                                                    target, &scratch, sums);
 }
 
 typedef struct adam_job {
@@ -189,7 +199,7 @@ static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, in
     vt_status status = vt_sweep_rays(context, job->rays, chosen, count, visit, job);
     if (status) return status;
     float decay = powf(desc->last_step_share, share_done(desc, step, steps * desc->epochs));
-    adam->opacity_step = desc->opacity_step * decay;
+    adam->opacity_step = job->opacity_step * decay;
     adam->colour_step = desc->colour_step * decay;
     adam->bias_first = (float)(1 / (1 - pow(0.9, step + 1)));
     adam->bias_second = (float)(1 / (1 - pow(0.99, step + 1)));
@@ -216,12 +226,24 @@ static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, v
   return status;
 }
 
+// No more than a share of the depth that a usual corner has, each counted by its own depth: in thin volumes, where all of a cell
+// is 0.06 deep, steps of 0.05 leave noise behind (blobs_64, held-out photographs: 43.7 dB, and 48.2 dB with a quarter of it).
+static float first_step(const vt_fit_desc *desc, const vt_level *cells) {
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < cells->corner_count; i++) {
+    double s = (double)cells->corner_values[4 * i];
+    sum += s, squares += s * s;
+  }
+  return sum > 0 ? (float)fmin((double)desc->opacity_step, (double)desc->opacity_share * squares / sum) : desc->opacity_step;
+}
+
 vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree, vt_level *cells) {
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1 && desc->parts >= 1);
   VT_ASSERT(desc->neighbours >= 0 && desc->neighbours < VT_MAX_BLEND_VIEWS && desc->own_share < 1 && tree->view_count == rays->views->count);
   size_t corners = cells->corner_count, max = vt_max_segments(cells), views = (size_t)rays->views->count;
   if (!corners || !desc->epochs) return VT_OK;
-  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max};
+  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max,
+                 .opacity_step = first_step(desc, cells)};
   job.sums = VT_NEW(context, float, 4 * corners * VT_LANES);
   job.along = VT_NEW(context, float, max * VT_LANES);
   job.log_ratio = VT_NEW(context, float, max * VT_LANES);

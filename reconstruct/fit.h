@@ -15,6 +15,7 @@ typedef struct vt_fit_desc {
   int epochs;            // sweeps over all photographs, >= 0
   int batch_count;       // steps per epoch, about; at least one photograph a step
   float opacity_step;    // of Adam, in optical depth per edge, first epoch
+  float opacity_share;   // but no more than this share of a usual corner's depth
   float colour_step;     // of Adam, in sRGB 0..1, first epoch
   float last_step_share; // both steps fall to this share until the end
   float largest;         // bound of the optical depth across a cell's edge
@@ -35,6 +36,15 @@ vt_status vt_fit_field(vt_context *, const vt_fit_desc *, const vt_rays *, const
 // value[k][1..3]. gradient: [count][4], of the loss by depth and by colour RGB. Returns the loss.
 float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float premultiplied_rgba[4],
                       float (*gradient)[4]);
+
+// The same for one ray of a field: adds to sums [corner_count][4] the gradient of the loss by the corners' values, the
+// ratios of the views' textures held still. view_count 0: the bare field.
+typedef struct vt_fit_scratch { // each of `count` entries at least
+  vt_field_samples samples;
+  float *depth, (*gradient)[4];
+} vt_fit_scratch;
+float vt_field_gradient(const vt_octree *, int level, const vt_ray *, const vt_chord *, size_t count, const vt_field_view *views,
+                        int view_count, const float premultiplied_rgba[4], vt_fit_scratch *, float *sums);
 
 #ifdef __cplusplus
 }

@@ -58,10 +58,12 @@ vt_status vt_carve_level(vt_run *r, int level) {
   return status;
 }
 
-// A cell thinner than what half a pixel of full opacity would give, or than 0.01, is empty.
+// A cell thinner than what half a pixel of full opacity would give, or than 0.01, is empty. A field is asked to show the
+// photographs' mattes: 0.003 there, since a soft fringe is a long way through thin cells (blobs_64, own photographs: alpha RMSE
+// 0.0095 with 0.01, 0.0026 with 0.003, 0.0015 with 0.001; trees keep 5 to 10 % more cells).
 static float least_depth(const vt_run *r, int level) {
-  double pixels = vt_cell_pixels(r, level);
-  return (float)fmin(0.01, 0.5 / (pixels * pixels));
+  double pixels = vt_cell_pixels(r, level), least = r->recipe.field ? 0.003 : 0.01;
+  return (float)fmin(least, 0.5 / (pixels * pixels));
 }
 
 // Only the leaf level loses its empty cells: on coarser ones they may still hold the tips of twigs, and their children

@@ -383,5 +383,6 @@ int main(void) {
       cmocka_unit_test(training_survives_values_of_any_size),
       cmocka_unit_test(cancelling_and_want_of_memory_leave_nothing_behind),
   };
+  only_threads_for_the_thread_sanitizer();
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

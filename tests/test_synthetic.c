@@ -569,5 +569,6 @@ int main(void) {
       cmocka_unit_test(memory_bound_is_kept),
       cmocka_unit_test(cancelling_ends_it),
   };
+  only_threads_for_the_thread_sanitizer();
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -533,5 +533,6 @@ int main(void) {
       cmocka_unit_test(growing_keeps_the_bound_of_memory),
       cmocka_unit_test(cancelling_ends_growth),
   };
+  only_threads_for_the_thread_sanitizer();
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

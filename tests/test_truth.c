@@ -3,10 +3,13 @@
 //
 // Four things that must hold whatever the solver does. The hull never carves what is there. Solved optical depths give
 // the alphas of the closed-form line integrals, on rays that no photograph took. At a photograph's own camera its own
-// textures show its matte. No black that mattes hide leaks into a texture. Bounds stand a little above what was
-// measured when they were written; the values are printed, so that a change of them is seen before it is a failure.
+// textures show its matte: `best` within an alpha RMSE of 0.005 (DESIGN 5). No black that mattes hide leaks into a texture, or
+// into a corner. Other bounds stand a little above what was measured when they were written; the values are printed, so
+// that a change of them is seen before it is a failure.
+#include "base/file.h"
 #include "base/image_metrics.h"
 #include "base/rng.h"
+#include "capture/capture.h"
 #include "reconstruct/reconstruct.h"
 #include "datasets-synthetic/synthetic.h"
 #include "tests/unit.h"
@@ -164,7 +167,7 @@ static void solved_depths_give_the_line_integrals_of_new_rays(void **state) {
     const char *scene;
     double bound[3]; // by method
   } cases[] = {
-      {"ball_64", {0.046, 0.025, 0.039}}, {"shell_64", {0.064, 0.036, 0.047}}, {"blobs_64", {0.044, 0.027, 0.031}}};
+      {"ball_64", {0.046, 0.025, 0.014}}, {"shell_64", {0.064, 0.036, 0.021}}, {"blobs_64", {0.044, 0.027, 0.020}}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     begin(&w, cases[i].scene);
@@ -180,19 +183,20 @@ static void solved_depths_give_the_line_integrals_of_new_rays(void **state) {
 
 // ---- the photograph's own camera
 
-// Means over the training photographs, each drawn from its own camera with its own textures alone; worst: of
-// alpha_rmse.
-static vt_metrics own_photographs(const work *w, double *worst) {
+// Means over the training photographs, each drawn from its own camera with its own textures alone, or (k > 0) with those
+// that k views give it; worst: of alpha_rmse.
+static vt_metrics own_photographs(const work *w, int k, double *worst) {
   const float white[3] = {1, 1, 1};
   vt_metrics mean = {0};
   *worst = 0;
   for (int i = 0, v = 0; i < w->views.count; i++) {
     const vt_view *view = &w->views.items[i];
     if (view->role != VT_TRAIN) continue;
-    vt_view_weights alone = {.count = 1, .view = {v++}, .weight = {1}}; // a tree's cameras: the training views in order
+    vt_view_weights weights = {.count = 1, .view = {v++}, .weight = {1}}; // a tree's cameras: the training views in order
+    if (k) weights = vt_choose_views(&w->tree, vt_camera_centre(&view->camera), k);
     vt_fimage picture;
     vt_metrics m;
-    assert_int_equal(vt_composite(w->context, &w->tree, w->tree.octree.level_count - 1, &alone, VT_BLEND_GEOMETRIC,
+    assert_int_equal(vt_composite(w->context, &w->tree, w->tree.octree.level_count - 1, &weights, VT_BLEND_GEOMETRIC,
                                   false, &view->camera, &picture),
                      VT_OK);
     assert_int_equal(vt_measure(w->context, &picture, &view->picture, white, &m), VT_OK);
@@ -204,21 +208,68 @@ static vt_metrics own_photographs(const work *w, double *worst) {
   return mean;
 }
 
-static void a_photographs_own_textures_show_its_matte(void **state) {
+static void check_own_photographs(const work *w, const char *what, double alpha, double psnr) {
+  for (int k = 1; k <= 4; k += 3) {
+    double worst;
+    vt_metrics mean = own_photographs(w, k, &worst);
+    printf("%s, method best, %d views blended: own photographs, alpha RMSE %.5f (worst %.5f), PSNR %.2f dB\n", what, k,
+           mean.alpha_rmse, worst, mean.psnr);
+    assert_true(mean.alpha_rmse <= alpha && worst <= 2 * alpha && mean.psnr > psnr);
+  }
+}
+
+// PSNR: the field has one colour for all views.
+static void best_shows_each_photographs_matte_at_its_own_camera(void **state) {
+  (void)state;
+  static const struct {
+    const char *scene;
+    double psnr; // least
+  } cases[] = {{"ball_64", 51}, {"shell_64", 49}, {"blobs_64", 52}, {"tree_96", 29}, {"small_oak_128", 30}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    work w;
+    begin(&w, cases[i].scene);
+    reconstruct(&w, VT_METHOD_BEST);
+    check_own_photographs(&w, cases[i].scene, 0.005, cases[i].psnr);
+    end(&w);
+  }
+}
+
+// A capture that others made, with masks; left out where its files are not there.
+static void best_shows_the_mattes_of_a_real_capture(void **state) {
+  (void)state;
+  static const char folder[] = VT_DATASETS_DIR "/virtual-plant";
+  if (!vt_is_folder(folder)) skip();
+  vt_context_desc quiet = vt_default_context_desc();
+  quiet.log_level = VT_LOG_QUIET;
+  work w = {.context = vt_create_context(&quiet)};
+  vt_capture_desc desc = vt_default_capture_desc();
+  desc.source = folder;
+  desc.max_image_size = 240;
+  vt_status status = vt_load_views(w.context, &desc, &w.views, NULL);
+  if (status) {
+    printf("%s\n", vt_last_error(w.context));
+    vt_clear_error(w.context);
+    vt_destroy_context(w.context);
+    skip(); // a build that cannot read it
+  }
+  reconstruct(&w, VT_METHOD_BEST);
+  check_own_photographs(&w, "virtual-plant", 0.005, 25);
+  end(&w);
+}
+
+static void tiles_show_their_photographs_matte(void **state) {
   (void)state;
   static const struct {
     const char *scene;
     vt_method method;
     double alpha, psnr; // most, least
-  } cases[] = {{"ball_64", VT_METHOD_BEST, 0.024, 36},   {"shell_64", VT_METHOD_BEST, 0.024, 36},
-               {"blobs_64", VT_METHOD_BEST, 0.0072, 48}, {"tree_96", VT_METHOD_BEST, 0.048, 28},
-               {"tree_96", VT_METHOD_2006, 0.047, 28},   {"tree_96", VT_METHOD_2004, 0.034, 30}};
+  } cases[] = {{"tree_96", VT_METHOD_2006, 0.047, 28}, {"tree_96", VT_METHOD_2004, 0.034, 30}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     work w;
     double worst;
     begin(&w, cases[i].scene);
     reconstruct(&w, cases[i].method);
-    vt_metrics mean = own_photographs(&w, &worst);
+    vt_metrics mean = own_photographs(&w, 0, &worst);
     printf("%s, method %s: own photographs, alpha RMSE %.5f (worst %.5f), PSNR %.2f dB\n", cases[i].scene,
            method_names[cases[i].method], mean.alpha_rmse, worst, mean.psnr);
     assert_true(mean.alpha_rmse < cases[i].alpha && worst < 1.5 * cases[i].alpha);
@@ -267,12 +318,36 @@ static darkness darkest_texels(const work *w, const int darkest[3]) {
   return d;
 }
 
-// Mattes hide black: 160 and more below what is true. The refinement of `best` takes steps of equal size for cells that
-// hardly show; with steps four times as large their colours wandered up to 44 below what is true.
+// Of `best`: texel, of the corners; shown, of the pictures of all levels at the cameras that were left out.
+static darkness darkest_of_field(const work *w, const int darkest[3]) {
+  darkness d = {0};
+  for (int l = 0; l < w->tree.octree.level_count; l++) {
+    for (uint32_t i = 0; i < w->tree.octree.levels[l].corner_count; i++, d.judged++)
+      for (int c = 0; c < 3; c++)
+        d.texel = fmax(d.texel, darkest[c] - 255.0 * (double)w->tree.octree.levels[l].corner_values[4 * (size_t)i + 1 + c]);
+    for (int v = 0; v < w->views.count; v++) {
+      vt_fimage picture;
+      const vt_camera *camera = &w->views.items[v].camera;
+      vt_view_weights weights = vt_choose_views(&w->tree, vt_camera_centre(camera), 2);
+      if (w->views.items[v].role == VT_TRAIN) continue;
+      assert_int_equal(vt_composite(w->context, &w->tree, l, &weights, VT_BLEND_GEOMETRIC, false, camera, &picture), VT_OK);
+      for (size_t i = 0; i < (size_t)picture.width * (size_t)picture.height; i++)
+        for (int c = 0; c < 3; c++) {
+          const float *p = picture.pixels + 4 * i;
+          d.shown = fmax(d.shown, (double)p[3] * darkest[c] - 255.0 * (double)p[c]);
+        }
+      vt_free_fimage(w->context, &picture);
+    }
+  }
+  return d;
+}
+
+// Mattes hide black: 160 and more below what is true. The fit of `best` takes steps of equal size for corners that hardly show, and
+// their colours wander: up to 64 below what is true was measured, and 4.6 of it in a picture of a level.
 static void no_black_leaks_into_textures(void **state) {
   (void)state;
   static const char *const scenes[] = {"ball_64", "shell_64", "blobs_64"};
-  static const double most[] = {8, 8, 8}; // by method
+  static const double most[] = {8, 8, 90}, most_shown[] = {4, 4, 7}; // by method
   for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
     work w;
     int darkest[3];
@@ -280,13 +355,13 @@ static void no_black_leaks_into_textures(void **state) {
     brighten(&w, darkest);
     for (int m = 0; m < 3; m++) {
       reconstruct(&w, (vt_method)m);
-      darkness d = darkest_texels(&w, darkest);
+      darkness d = m == VT_METHOD_BEST ? darkest_of_field(&w, darkest) : darkest_texels(&w, darkest);
       printf(
-          "%s, method %s: of %zu texels the darkest is %.0f/255 below the darkest true colour, and shows %.2f/255 of "
+          "%s, method %s: of %zu texels or corners the darkest is %.0f/255 below the darkest true colour, and shows %.2f/255 of "
           "it\n",
           scenes[i], method_names[m], d.judged, d.texel, d.shown);
       assert_true(d.judged > 1000);
-      assert_true(d.texel <= most[m] && d.shown <= 4);
+      assert_true(d.texel <= most[m] && d.shown <= most_shown[m]);
     }
     end(&w);
   }
@@ -296,7 +371,9 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(hull_holds_every_point_that_there_is),
                                      cmocka_unit_test(hull_holds_every_point_of_a_blob_that_all_photographs_show),
                                      cmocka_unit_test(solved_depths_give_the_line_integrals_of_new_rays),
-                                     cmocka_unit_test(a_photographs_own_textures_show_its_matte),
+                                     cmocka_unit_test(best_shows_each_photographs_matte_at_its_own_camera),
+                                     cmocka_unit_test(best_shows_the_mattes_of_a_real_capture),
+                                     cmocka_unit_test(tiles_show_their_photographs_matte),
                                      cmocka_unit_test(no_black_leaks_into_textures)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,7 +14,15 @@
 
 #ifdef VT_WITH_CMOCKA
 #include <cmocka.h>
+// The thread sanitizer makes everything many times slower, and what runs on one thread has nothing to show it: where it is on,
+// only the tests of this program whose names speak of threads are run.
+#ifdef __SANITIZE_THREAD__
+#define only_threads_for_the_thread_sanitizer() cmocka_set_test_filter("*thread*")
 #else
+#define only_threads_for_the_thread_sanitizer() ((void)0)
+#endif
+#else
+#define only_threads_for_the_thread_sanitizer() ((void)0)
 
 typedef struct CMUnitTest { const char *name; void (*run)(void **); } CMUnitTest;
 #define cmocka_unit_test(f) {#f, f}
