@@ -283,7 +283,8 @@ static vt_status encode_tiles(vt_context *ctx, const vt_blocks *blocks, bool sea
 static vt_status copy_tile_numbers(vt_context *ctx, const vt_tiles *in, vt_tiles *out) {
   if (in->view_count == 0) return VT_OK;
   size_t entries = (size_t)in->view_count * in->cell_count;
-  *out = (vt_tiles){.view_count = in->view_count, .cell_count = in->cell_count, .tile_count = in->tile_count};
+  *out = (vt_tiles){.view_count = in->view_count, .cell_count = in->cell_count, .tile_count = in->tile_count,
+                    .grid = in->grid};
   out->tile_of = VT_NEW(ctx, uint32_t, entries);
   out->alpha_code = VT_NEW(ctx, uint16_t, in->tile_count);
   out->colour_code = VT_NEW(ctx, uint16_t, in->tile_count);

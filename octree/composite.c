@@ -267,7 +267,7 @@ static void place_cells(void *user, size_t begin, size_t end, int worker) {
   const vt_tree *tree = p->tree;
   vt_vec3 forward = vt_camera_forward(p->camera);
   frustum picture_frustum = make_frustum(p->camera);
-  double edge = vt_cell_edge(&tree->octree, p->level_number), half = 0.5 * level->axis_cells - 0.5;
+  double half = 0.5 * level->axis_cells - 0.5;
   for (size_t i = begin; i < end; i++) {
     vt_vec3 at = {level->x[i] - half, level->y[i] - half, level->z[i] - half};
     if (p->skip_outside && is_outside(&picture_frustum, vt_sub(at, p->eye))) continue; // no ray will ask for it
@@ -277,8 +277,7 @@ static void place_cells(void *user, size_t begin, size_t end, int worker) {
       uint32_t tile = p->tiles->tile_of[(size_t)p->view[v] * level->cell_count + i];
       if (tile == VT_NO_TILE) continue;
       VT_VALIDATE(tile < p->tiles->tile_count);
-      vt_tile_frame frame =
-          vt_tile_frame_of(&tree->cameras[p->view[v]], centre, edge, tree->tile_side, tree->texel_edge);
+      vt_tile_frame frame = vt_frame_of_tile(tree, p->level_number, p->view[v], centre);
       p->billboards[i * (size_t)p->view_count + (size_t)v] = (billboard){
           frame.left, frame.top, frame.texel_scale,
           p->packed ? (uint32_t)p->tiles->colour_code[tile] << 16 | p->tiles->alpha_code[tile] : tile};

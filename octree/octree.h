@@ -171,6 +171,8 @@ typedef struct vt_tiles {
   int view_count;
   uint32_t cell_count;
   uint32_t tile_count;
+  int grid;               // edge of a texel in pixels of the photographs, 1..65535: the texels lie on the photographs' own grid;
+                          // 0: a tile has the side vt_tree.tile_side, wherever its texels fall
   uint32_t *tile_of;      // [view_count][cell_count] tile number, or VT_NO_TILE where pruned; owned
   uint8_t *texels;        // [tile_count][texel_edge][texel_edge][4] RGBA; NULL if packed; owned
   uint16_t *alpha_code;   // [tile_count] codeword of the alpha codebook; NULL if raw; owned
@@ -192,6 +194,9 @@ typedef struct vt_tile_frame {
 // `tile_side`: side of a tile in projected cell edges (vt_tree.tile_side).
 vt_tile_frame vt_tile_frame_of(const vt_camera *, vt_vec3 cell_centre, double cell_edge, double tile_side,
                                int texel_edge);
+// The same on the photograph's grid: texels of grid x grid whole pixels, so that at the photograph's own camera (reduced by
+// `grid`) a pixel's centre is a texel's centre and nothing is interpolated. left and top are multiples of grid.
+vt_tile_frame vt_snapped_frame_of(const vt_camera *, vt_vec3 cell_centre, int grid, int texel_edge);
 
 // ==== view textures ==================================================================================================
 
@@ -222,7 +227,7 @@ uint64_t vt_count_view_pixels(const vt_view_textures *); // kept, of all views
 typedef struct vt_tree {
   vt_octree octree;
   int texel_edge;                   // 4; 8 for the baseline of [RMMD04]
-  float tile_side;                  // side of a tile in projected cell edges, 1..1.8
+  float tile_side;                  // side of a tile in projected cell edges, 1..1.8; about so where a level has a grid
   int view_count;                   //
   vt_camera *cameras;               // [view_count] the photographs' cameras; owned
   vt_tiles tiles[VT_MAX_LEVEL + 1]; // by level; view_count 0 where a level has no tiles
@@ -239,6 +244,8 @@ bool vt_is_packed(const vt_tree *);
 void vt_free_tiles(vt_context *, vt_tiles *);
 void vt_free_tree(vt_context *, vt_tree *);
 bool vt_has_textures(const vt_tree *, int level); // tiles or view textures
+// The frame of the tile of (view, cell), whichever of the two the level has. cell_centre: vt_cell_centre.
+vt_tile_frame vt_frame_of_tile(const vt_tree *, int level, int view, vt_vec3 cell_centre);
 uint64_t vt_texture_bytes(const vt_tree *); // bytes of textures in memory: texels, or codes and codebooks; view textures
 // A deep copy of everything but tiles and codebooks: cells, corners, view textures, cameras, metadata.
 vt_status vt_copy_tree_without_tiles(vt_context *, const vt_tree *, vt_tree *out);

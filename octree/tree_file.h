@@ -12,7 +12,7 @@ extern "C" {
 
 #define VT_FILE_MAGIC "\x8EVTREE\x1A\x0A" // high bit set; Ctrl-Z and a bare LF catch transfers as text, as in PNG
 #define VT_FILE_MAJOR 1
-#define VT_FILE_MINOR 1 // 1: corners and view textures; files without them are written as minor 0
+#define VT_FILE_MINOR 2 // 1: corners and view textures; 2: tiles on the photographs' grid; files without them are written as 0
 #define VT_HEADER_BYTES 24u // magic, major, minor, chunk count, file size; the chunk table and a checksum follow
 #define VT_ENTRY_BYTES 32u
 #define VT_CAMERA_BYTES 136u
@@ -44,6 +44,7 @@ typedef struct vt_tree_head {
     uint32_t cell_count, tile_count;
     vt_cell_form form;
     bool has_tiles;
+    uint16_t grid; // vt_tiles.grid
     bool has_views;        // these three are not in the chunk: they follow from the chunk table
     uint32_t corner_count; // 0: cells are constant
     uint64_t code_count;   // of all view textures

@@ -157,8 +157,8 @@ static vt_status read_head(vt_tree_reader *r) {
     const uint8_t *p = raw + 56;
     for (int l = 0; l < h->level_count; l++, p += 12) {
       h->level[l].cell_count = vt_get_u32(p), h->level[l].tile_count = vt_get_u32(p + 4);
-      good = good && p[8] <= VT_MORTON_GAPS && p[9] <= 1 && vt_get_u16(p + 10) == 0;
-      h->level[l].form = (vt_cell_form)p[8], h->level[l].has_tiles = p[9];
+      h->level[l].form = (vt_cell_form)p[8], h->level[l].has_tiles = p[9], h->level[l].grid = vt_get_u16(p + 10);
+      good = good && p[8] <= VT_MORTON_GAPS && p[9] <= 1 && (p[9] || !h->level[l].grid);
     }
   }
   vt_free(r->context, owned);
@@ -323,7 +323,7 @@ static vt_status read_colours(const vt_tree_reader *r, int l) {
 static vt_status read_tile_index(const vt_tree_reader *r, int l) {
   vt_tiles *tiles = &r->tree->tiles[l];
   tiles->view_count = r->head.view_count, tiles->cell_count = r->head.level[l].cell_count;
-  tiles->tile_count = r->head.level[l].tile_count;
+  tiles->tile_count = r->head.level[l].tile_count, tiles->grid = r->head.level[l].grid;
   size_t pairs = (size_t)tiles->view_count * tiles->cell_count;
   tiles->tile_of = VT_NEW(r->context, uint32_t, pairs);
   if (!tiles->tile_of) return VT_OUT_OF_MEMORY;

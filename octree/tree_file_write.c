@@ -218,7 +218,9 @@ static vt_status describe(vt_tree_writer *w, const char *path) {
     VT_ASSERT(found < VT_NO_TILE);
     w->head.level[l].cell_count = cells->cell_count;
     w->head.level[l].tile_count = (uint32_t)found;
+    VT_ASSERT(tiles->grid >= 0 && tiles->grid <= UINT16_MAX);
     w->head.level[l].has_tiles = tiles->view_count > 0;
+    w->head.level[l].grid = tiles->view_count > 0 ? (uint16_t)tiles->grid : 0;
     w->head.level[l].form =
         l > 0 && fill_child_masks(octree->branching, cells - 1, cells, NULL) ? VT_CHILD_MASKS : VT_MORTON_GAPS;
   }
@@ -236,6 +238,7 @@ static vt_status add_head(vt_tree_writer *w) {
   for (int l = 0; l < h->level_count; l++, p += 12) {
     vt_put_u32(p, h->level[l].cell_count), vt_put_u32(p + 4, h->level[l].tile_count);
     p[8] = (uint8_t)h->level[l].form, p[9] = h->level[l].has_tiles;
+    vt_put_u16(p + 10, h->level[l].grid);
   }
   return vt_add_chunk(w, VT_TREE, 0, raw, VT_HEAD_BYTES(h->level_count));
 }
@@ -305,8 +308,10 @@ static uint64_t file_size(const vt_tree_writer *w) {
 
 // A file says the least version that knows all of its chunks, so that an older program reads what it can.
 static uint16_t least_minor(const vt_tree_writer *w) {
+  for (int l = 0; l < w->head.level_count; l++)
+    if (w->head.level[l].grid) return 2;
   for (int i = 0; i < w->count; i++)
-    if (is_field_kind(w->chunks[i].kind)) return VT_FILE_MINOR;
+    if (is_field_kind(w->chunks[i].kind)) return 1;
   return 0;
 }
 

@@ -13,7 +13,7 @@
 
 #define MAX_NEIGHBOURS 8
 
-vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 10}; }
+vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 10, 10}; }
 
 typedef struct billboard_job {
   const vt_billboard_desc *desc;
@@ -25,6 +25,7 @@ typedef struct billboard_job {
   int (*near)[MAX_NEIGHBOURS]; // [views] neighbouring views
   int near_count;
   uint32_t *first; // [views + 1] number of the view's first tile
+  int32_t (*corner)[2]; // [tiles] column and row of the first texel in the view's reduced picture
 } billboard_job;
 
 static void find_neighbours(const vt_tree *tree, int view, int count, int *near) {
@@ -75,45 +76,30 @@ typedef struct pixel_source {
   const vt_fimage *log_ratio;
 } pixel_source;
 
-// Photograph at pixel (u, v), bilinear: colour weighted by alpha, and the logarithm of the matte ratio. Returns the
-// interpolated alpha.
-static float sample(const pixel_source *source, float u, float v, float colour[3], float *log_ratio) {
+// Photograph at the pixel, or the nearest: colour unless there is none, and the logarithm of the matte ratio. Returns alpha.
+static float sample(const pixel_source *source, int x, int y, float colour[3], float *log_ratio) {
   int w = source->picture->width, h = source->picture->height;
-  float x = u - 0.5f, y = v - 0.5f;
-  x = x < 0 ? 0 : x > (float)(w - 1) ? (float)(w - 1) : x;
-  y = y < 0 ? 0 : y > (float)(h - 1) ? (float)(h - 1) : y;
-  int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < w ? x0 + 1 : x0, y1 = y0 + 1 < h ? y0 + 1 : y0;
-  float fx = x - (float)x0, fy = y - (float)y0, alpha = 0, sum[3] = {0, 0, 0}, ratio = 0;
-  size_t at[4] = {(size_t)(y0 * w + x0), (size_t)(y0 * w + x1), (size_t)(y1 * w + x0), (size_t)(y1 * w + x1)};
-  float weight[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-  for (int i = 0; i < 4; i++) {
-    const uint8_t *p = source->picture->pixels + 4 * at[i];
-    float a = weight[i] * (float)p[3];
-    alpha += a;
-    for (int c = 0; c < 3; c++) sum[c] += a * (float)p[c];
-    ratio += weight[i] * source->log_ratio->pixels[at[i]];
-  }
-  if (alpha > 0.5f)
-    for (int c = 0; c < 3; c++) colour[c] = sum[c] / alpha / 255.0f;
-  *log_ratio = ratio;
-  return alpha / 255.0f;
+  x = x < 0 ? 0 : x > w - 1 ? w - 1 : x;
+  y = y < 0 ? 0 : y > h - 1 ? h - 1 : y;
+  size_t at = (size_t)y * (size_t)w + (size_t)x;
+  const uint8_t *pixel = source->picture->pixels + 4 * at;
+  *log_ratio = source->log_ratio->pixels[at];
+  for (int c = 0; c < 3 && pixel[3]; c++) colour[c] = (float)pixel[c] / 255.0f;
+  return (float)pixel[3] / 255.0f;
 }
 
-static void fill_tile(const billboard_job *job, int view, uint32_t cell, uint8_t *texels) {
+static void fill_tile(const billboard_job *job, int view, uint32_t cell, int32_t corner[2], uint8_t *texels) {
   const vt_tree *tree = job->tree;
   const vt_level *level = &tree->octree.levels[job->level];
   const float *own = level->colour + 3 * (size_t)cell, s = level->optical_depth[cell];
-  double edge = vt_cell_edge(&tree->octree, job->level);
-  vt_tile_frame frame = vt_tile_frame_of(&job->views->cameras[view], vt_cell_centre(&tree->octree, job->level, cell), edge,
-                                         tree->tile_side, tree->texel_edge);
+  vt_tile_frame frame = vt_frame_of_tile(tree, job->level, view, vt_cell_centre(&tree->octree, job->level, cell));
   pixel_source source = {&job->views->pictures[view], &job->agreement->log_ratio[view]};
   float seen = (float)(job->agreement->visibility[(size_t)view * level->cell_count + cell] - 1) / 254.0f;
-  float step = 1 / frame.texel_scale;
+  for (int i = 0; i < 2; i++) corner[i] = (int32_t)((i ? frame.top : frame.left) * frame.texel_scale);
   for (int row = 0; row < tree->texel_edge; row++)
     for (int column = 0; column < tree->texel_edge; column++, texels += 4) {
       float colour[3] = {own[0], own[1], own[2]}, log_ratio;
-      float u = frame.left + ((float)column + 0.5f) * step, v = frame.top + ((float)row + 0.5f) * step;
-      float alpha = sample(&source, u, v, colour, &log_ratio);
+      float alpha = sample(&source, corner[0] + column, corner[1] + row, colour, &log_ratio);
       float trust = seen * (alpha > 0.25f ? 1 : 4 * alpha); // the colour of a nearly empty pixel is a guess
       for (int c = 0; c < 3; c++)
         texels[c] = (uint8_t)(0.5f + 255 * (trust * colour[c] + (1 - trust) * own[c]));
@@ -131,21 +117,22 @@ static void fill_tiles(void *user, size_t begin, size_t end, int worker) {
     uint32_t *tile = &job->tiles->tile_of[i];
     if (*tile == VT_NO_TILE) continue;
     *tile += job->first[view];
-    fill_tile(job, (int)view, (uint32_t)cell, job->tiles->texels + *tile * bytes);
+    fill_tile(job, (int)view, (uint32_t)cell, job->corner[*tile], job->tiles->texels + *tile * bytes);
   }
 }
 
-vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc, const vt_rays *rays, vt_tree *tree) {
+vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc, const vt_rays *rays, vt_tree *tree,
+                             vt_match_report *report) {
   const vt_reduced_views *views = rays->views;
   int level = rays->level;
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->ratio_limit >= 1 && views->count == tree->view_count && rays->octree == &tree->octree);
   vt_tiles *tiles = &tree->tiles[level];
   size_t cells = tree->octree.levels[level].cell_count, view_count = (size_t)views->count;
   vt_agreement agreement = {0};
-  billboard_job job = {desc, views, &agreement, tree, tiles, level, NULL, 0, NULL};
+  billboard_job job = {desc, views, &agreement, tree, tiles, level, NULL, 0, NULL, NULL};
   vt_status status = vt_find_agreement(context, rays, desc->ratio_limit, &agreement);
   if (status) return status;
-  *tiles = (vt_tiles){.view_count = views->count, .cell_count = (uint32_t)cells};
+  *tiles = (vt_tiles){.view_count = views->count, .cell_count = (uint32_t)cells, .grid = views->factor};
   tiles->tile_of = VT_NEW(context, uint32_t, view_count * cells);
   job.first = VT_NEW(context, uint32_t, view_count + 1);
   job.near = vt_alloc(context, view_count, sizeof *job.near);
@@ -158,9 +145,12 @@ vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc,
   for (size_t v = 0; v < view_count; v++) job.first[v + 1] += job.first[v];
   tiles->tile_count = job.first[view_count];
   if (!status) tiles->texels = vt_alloc(context, tiles->tile_count, 4 * (size_t)(tree->texel_edge * tree->texel_edge));
-  if (!status && !tiles->texels) status = VT_OUT_OF_MEMORY;
+  if (!status) job.corner = vt_alloc(context, tiles->tile_count, sizeof *job.corner);
+  if (!status && !(tiles->texels && job.corner)) status = VT_OUT_OF_MEMORY;
   if (!status) status = vt_parallel(context, view_count * cells, 8192, fill_tiles, &job);
+  if (!status) status = vt_match_tiles(context, rays, &agreement, (const int32_t(*)[2])job.corner, desc->match_limit, tree, report);
 done:
+  vt_free(context, job.corner);
   vt_free(context, job.near);
   vt_free(context, job.first);
   vt_free_agreement(context, &agreement);

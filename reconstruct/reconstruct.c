@@ -89,7 +89,7 @@ vt_status vt_prepare_run(vt_run *r) {
   bool old = r->desc->method == VT_METHOD_2004;
   tree->octree.branching = old ? 3 : 2;
   tree->texel_edge = old ? 8 : 4;
-  tree->tile_side = 1;
+  tree->tile_side = r->recipe.field ? 1 : 1.5f;
   tree->view_count = r->views->count;
   tree->cameras = VT_NEW(r->context, vt_camera, (size_t)r->views->count);
   tree->metadata = vt_strdup(r->context, "{}");

@@ -80,12 +80,12 @@ static vt_status prune_level(vt_run *r, int level, vt_rays *rays) {
   return status;
 }
 
-// A texel of a tile covers one to two pixels. A field is fitted to three to six pixels across a cell: more cost time and say
+// A texel of a tile covers about a pixel of the reduced picture. A field is fitted to three to six pixels across a cell: more cost time and say
 // little that the view textures, as fine as these pixels, do not say again.
 vt_status vt_reduce_for_level(vt_run *r, int level, vt_reduced_views *out) {
-  double texels = r->recipe.field ? 3 : (double)r->tree->texel_edge / (double)r->tree->tile_side;
-  int factor = (int)(vt_cell_pixels(r, level) / texels);
-  return vt_reduce_views(r->context, r->views, factor < 1 ? 1 : factor, out);
+  double edges = (double)r->tree->tile_side / (double)r->tree->texel_edge; // a texel of a tile
+  double factor = r->recipe.field ? vt_cell_pixels(r, level) / 3 : vt_cell_pixels(r, level) * edges + 0.5;
+  return vt_reduce_views(r->context, r->views, factor < 1 ? 1 : (int)factor, out);
 }
 
 vt_status vt_estimate_level(vt_run *r, int level, const vt_rays *rays) {
@@ -144,9 +144,14 @@ static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
   vt_billboard_desc desc = r->recipe.billboard;
+  vt_match_report match = {0};
   if (r->desc->prune_thin) desc.least_depth = least_depth(r, level);
   vt_status status = r->recipe.field ? vt_make_view_textures(r->context, rays, r->recipe.fit.ratio_limit, &r->tree->view_textures[level])
-                                     : vt_make_billboards(r->context, &desc, rays, r->tree);
+                                     : vt_make_billboards(r->context, &desc, rays, r->tree, &match);
+  if (!status && !r->recipe.field)
+    vt_log(r->context, VT_LOG_VERBOSE, "level %d: at the photographs' own cameras alpha RMSE %.4f (squares: %.2g without cells, %.2g "
+           "too thin, %.2g beyond tiles, %.2g rounding); %.1f %% of the chords beyond tiles", level, match.rmse, match.no_cells,
+           match.limited, match.clamped, match.rounding, 100 * match.clamped_share);
   report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
   report->billboards = r->tree->tiles[level].tile_count;
   report->seconds_tiles = vt_seconds() - start;

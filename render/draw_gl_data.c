@@ -35,6 +35,35 @@ uint32_t *vt_gl_tile_codes(vt_context *context, const vt_tiles *tiles) {
   return codes;
 }
 
+typedef struct grid_job {
+  const vt_tree *tree;
+  int level;
+  uint32_t *out;
+} grid_job;
+
+static void mark_tiles(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  const grid_job *job = user;
+  const vt_tiles *tiles = &job->tree->tiles[job->level];
+  for (size_t i = begin; i < end; i++) {
+    uint32_t cell = (uint32_t)(i % tiles->cell_count), tile = tiles->tile_of[i];
+    job->out[i] = tile;
+    if (tile == VT_NO_TILE) continue;
+    vt_tile_frame frame = vt_frame_of_tile(job->tree, job->level, (int)(i / tiles->cell_count),
+                                           vt_cell_centre(&job->tree->octree, job->level, cell));
+    int64_t column = (int64_t)(frame.left / (float)tiles->grid), row = (int64_t)(frame.top / (float)tiles->grid);
+    job->out[i] = tile | (uint32_t)(column & 3) << 28 | (uint32_t)(row & 3) << 30;
+  }
+}
+
+uint32_t *vt_gl_grid_tiles(vt_context *context, const vt_tree *tree, int level) {
+  const vt_tiles *tiles = &tree->tiles[level];
+  size_t count = (size_t)tiles->view_count * tiles->cell_count;
+  grid_job job = {tree, level, VT_NEW(context, uint32_t, count)};
+  if (job.out && vt_parallel(context, count, 8192, mark_tiles, &job)) vt_free(context, job.out), job.out = NULL;
+  return job.out;
+}
+
 uint32_t (*vt_gl_quads(vt_context *context, const vt_draw_list *list))[6] {
   uint32_t(*quads)[6] = vt_alloc(context, list->count, sizeof *quads);
   for (uint32_t i = 0; quads && i < list->count; i++) {

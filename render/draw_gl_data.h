@@ -13,6 +13,10 @@ extern "C" {
 uint16_t (*vt_gl_places(vt_context *, const vt_level *))[4];          // [cell_count] x, y, z, 0
 float (*vt_gl_looks(vt_context *, const vt_level *))[4];              // [cell_count] RGB, optical depth
 uint32_t *vt_gl_tile_codes(vt_context *, const vt_tiles *);           // [tile_count] colour code << 16 | alpha code
+// [view_count][cell_count] of a level with a grid: tile number, and in its upper four bits the column and the row of the
+// tile's first texel on the photograph's grid, modulo 4. At most VT_GL_MAX_GRID_TILES tiles.
+#define VT_GL_MAX_GRID_TILES 0x0fffffffu
+uint32_t *vt_gl_grid_tiles(vt_context *, const vt_tree *, int level);
 uint32_t (*vt_gl_quads(vt_context *, const vt_draw_list *))[6];       // [count] two triangles: 4 * cell + corner
 // The kept parts of all views, one behind the other, row by row. *count: how many codes, 0 if all views are empty.
 uint8_t *vt_gl_ratio_codes(vt_context *, const vt_view_textures *, size_t *count);

@@ -235,12 +235,24 @@ static vt_status move_array(vt_context *context, const vt_gl *gl, const char *wh
   return *out ? VT_OK : VT_FAILED;
 }
 
-static vt_status upload_tiles(vt_context *context, vt_gl *gl, const vt_tiles *tiles, GLuint arrays[LEVEL_ARRAYS]) {
+static vt_status upload_tile_numbers(vt_context *context, const vt_gl *gl, int level, GLuint *out) {
+  const vt_tiles *tiles = &gl->tree->tiles[level];
+  size_t count = (size_t)tiles->view_count * tiles->cell_count, size = sizeof *tiles->tile_of;
+  if (tiles->grid && tiles->tile_count > VT_GL_MAX_GRID_TILES)
+    return vt_fail(context, VT_FAILED, "OpenGL (%s): too many tiles; draw a coarser level, or on the CPU", gl->name);
+  if (tiles->grid)
+    return move_array(context, gl, "the tile numbers", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, size,
+                      vt_gl_grid_tiles(context, gl->tree, level), count, out);
+  *out = upload_array(context, gl, "the tile numbers", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, size, tiles->tile_of, count);
+  return *out ? VT_OK : VT_FAILED;
+}
+
+static vt_status upload_tiles(vt_context *context, vt_gl *gl, int level, GLuint arrays[LEVEL_ARRAYS]) {
   const vt_tree *tree = gl->tree;
+  const vt_tiles *tiles = &tree->tiles[level];
   size_t texels = (size_t)tree->texel_edge * (size_t)tree->texel_edge;
-  arrays[TILE_OF] = upload_array(context, gl, "the tile numbers", GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT,
-                                 sizeof *tiles->tile_of, tiles->tile_of, (size_t)tiles->view_count * tiles->cell_count);
-  if (!arrays[TILE_OF]) return VT_FAILED;
+  vt_status status = upload_tile_numbers(context, gl, level, &arrays[TILE_OF]);
+  if (status) return status;
   if (!vt_is_packed(tree)) {
     if (tiles->tile_count <= UINT32_MAX / texels) // the shaders count texels in 32 bits
       arrays[TEXELS] = upload_array(context, gl, "the tiles", GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, tiles->texels,
@@ -295,7 +307,7 @@ static vt_status upload_level(vt_context *context, vt_gl *gl, int number, drawin
     status = move_array(context, gl, "the cells' colours", GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeof(float),
                         vt_gl_looks(context, level), level->cell_count, &arrays[LOOKS]);
   if (!status && kind == DRAW_FIELD && !arrays[CORNERS]) status = upload_field(context, gl, level, arrays);
-  if (!status && tiles && !arrays[TILE_OF]) status = upload_tiles(context, gl, &gl->tree->tiles[number], arrays);
+  if (!status && tiles && !arrays[TILE_OF]) status = upload_tiles(context, gl, number, arrays);
   if (!status && !tiles && !flat && !arrays[RATIOS])
     status = upload_ratios(context, gl, &gl->tree->view_textures[number], arrays);
   if (!status) return VT_OK;
@@ -401,6 +413,7 @@ static void set_views(const vt_gl *gl, GLuint program, int number, const vt_view
   glUniform3fv(at(program, "view_b"), count, views.b[0]);
   glUniform1fv(at(program, "weight"), count, views.weight);
   glUniform1fv(at(program, "texel_rate"), count, views.texel_rate);
+  glUniform1f(at(program, "grid"), (float)gl->tree->tiles[number].grid);
   glUniform1iv(at(program, "view"), count, weights->view);
   glUniform1ui(at(program, "cell_count"), gl->tree->octree.levels[number].cell_count);
   glUniform4fv(at(program, "kept"), count, views.kept[0]);

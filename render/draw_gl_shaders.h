@@ -30,17 +30,25 @@ static const char vt_vertex_shader[] =
     "uniform mat3 view_m[VIEWS];\n"     // homogeneous pixel of a view = m X + b
     "uniform vec3 view_b[VIEWS];\n"
     "uniform float texel_rate[VIEWS];\n" // texels per pixel at depth 1
+    "uniform float grid;\n"             // vt_tiles.grid
     "flat out uvec4 board[VIEWS];\n"    // left, top, texels per pixel (0: no tile) as bits; tile or codewords
     "void find_board(int v) {\n"
     "  uint tile = texelFetch(tile_of, place(uint(view[v]) * cell_count + cell), 0).r;\n"
     "  vec3 h = view_m[v] * centre + view_b[v];\n"
     "  board[v] = uvec4(0u);\n"
     "  if (tile == 0xffffffffu || !(h.z > 0.0)) return;\n"
+    "  float scale = h.z * texel_rate[v];\n"
+    "  vec2 corner = h.xy / h.z - 0.5 * float(TEXELS) / scale;\n"
+    "  if (grid > 0.0) {\n" // which of the grid's corners is told by what it leaves when divided by 4: no rounding decides
+    "    vec2 rest = vec2(float(tile >> 28 & 3u), float(tile >> 30));\n"
+    "    corner = floor(h.xy / (h.z * grid) - (0.5 * float(TEXELS) - 0.5));\n"
+    "    corner = grid * (corner + mod(rest - corner + 2.0, 4.0) - 2.0);\n"
+    "    scale = 1.0 / grid;\n"
+    "    tile &= 0x0fffffffu;\n"
+    "  }\n"
     "#ifdef PACKED\n"
     "  tile = texelFetch(codes, place(tile), 0).r;\n"
     "#endif\n"
-    "  float scale = h.z * texel_rate[v];\n"
-    "  vec2 corner = h.xy / h.z - 0.5 * float(TEXELS) / scale;\n"
     "  board[v] = uvec4(floatBitsToUint(corner), floatBitsToUint(scale), tile);\n"
     "}\n"
     "#elif defined(FIELD)\n"
