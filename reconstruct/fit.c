@@ -30,7 +30,8 @@
 
 vt_fit_desc vt_default_fit_desc(void) {
   return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f, .opacity_share = 0.25f,
-                       .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 10, .neighbours = 4, .own_share = -0.2f};
+                       .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 50,
+                       .neighbours = 4, .own_share = -0.2f};
 }
 
 float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float target[4], float (*gradient)[4]) {

@@ -15,7 +15,7 @@ typedef struct vt_render_desc {
   uint32_t cookie;
   int level;          // 0..; -1: chosen by distance
   double texel_pixels; // level by distance: the coarsest level whose texels are at most this many pixels; default 1
-  int blend_views;    // k closest views, 1..VT_MAX_BLEND_VIEWS
+  int blend_views;    // k closest views, 1..VT_MAX_BLEND_VIEWS; 0: 4 of view textures, 2 of tiles [LRMDM06]
   vt_blend blend;
   bool flat;          // cells' own colours, no textures
   unsigned skips;     // VT_SKIP_... of octree.h, of the CPU renderer; default VT_SKIP_ALL

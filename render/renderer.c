@@ -19,7 +19,7 @@ struct vt_renderer {
 
 vt_render_desc vt_default_render_desc(void) {
   return (vt_render_desc){
-      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 2, .blend = VT_BLEND_GEOMETRIC,
+      .cookie = VT_COOKIE, .level = -1, .texel_pixels = 1, .blend_views = 0, .blend = VT_BLEND_GEOMETRIC,
       .skips = VT_SKIP_ALL};
 }
 
@@ -105,7 +105,7 @@ static vt_status choose_level(vt_context *context, const vt_tree *tree, const vt
 vt_status vt_render(vt_context *context, vt_renderer *renderer, const vt_render_desc *desc, const vt_camera *camera,
                     vt_fimage *out, vt_render_report *or_null) {
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->texel_pixels > 0);
-  VT_ASSERT(desc->blend_views >= 1 && desc->blend_views <= VT_MAX_BLEND_VIEWS);
+  VT_ASSERT(desc->blend_views >= 0 && desc->blend_views <= VT_MAX_BLEND_VIEWS);
   *out = (vt_fimage){0};
   vt_render_report report = {.backend = renderer->gl ? VT_BACKEND_GL : VT_BACKEND_CPU};
   vt_status status = vt_check_camera(context, camera, "the picture's camera");
@@ -114,7 +114,8 @@ vt_status vt_render(vt_context *context, vt_renderer *renderer, const vt_render_
   if (vt_cancelled(context)) return VT_CANCELLED;
   vt_view_weights chosen, *weights = NULL;
   if (!desc->flat) {
-    chosen = vt_choose_views(renderer->tree, vt_camera_centre(camera), desc->blend_views);
+    int usual = renderer->tree->view_textures[report.level].view_count ? 4 : 2;
+    chosen = vt_choose_views(renderer->tree, vt_camera_centre(camera), desc->blend_views ? desc->blend_views : usual);
     weights = &chosen;
   }
   if (renderer->gl) {
