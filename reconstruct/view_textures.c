@@ -4,7 +4,8 @@
 // A pixel's matte says how deep the cells on its ray are together, the field says how deep they are by themselves; the
 // factor between, R = -ln(1 - a) / tau, holds what is finer than a cell: the edges of leaves, and gaps (DESIGN 5; METHODS 9
 // "matte-consistent ratio", 10). At the photograph's own camera the tree then shows the photograph's matte.
-// Where the matte is saturated it only says "at least this much", and so does a dense field: both are cut at the same depth.
+// Where the matte is saturated it only says "at least this much", and so does a dense field: both are cut at the same depth, and
+// where the matte begins to saturate, a growing part of the field's excess is.
 // What is kept of a picture is the rectangle of pixels that are not empty and a rim of empty ones around them.
 
 #include "reconstruct/view_textures.h"
@@ -12,6 +13,7 @@
 #include <string.h>
 
 #define LEAST_LEFT 0.007f // transmittance below which a matte says no more
+#define SATURATING 3.0f   // optical depth from which on it begins to say less
 #define LEAST_DEPTH 0.003f
 
 typedef struct texture_job {
@@ -30,8 +32,10 @@ static uint8_t code_of(float alpha, float tau, float limit) {
   if (alpha < 0.004f) return 0;
   float log_ratio = 0;
   if (tau >= 1e-6f) {
-    float wanted = -logf(fmaxf(1 - alpha, LEAST_LEFT)), shown = fmaxf(LEAST_DEPTH, fminf(tau, -logf(LEAST_LEFT)));
-    log_ratio = fminf(logf(wanted / shown), logf(limit));
+    float most = -logf(LEAST_LEFT), wanted = fminf(-logf(fmaxf(1 - alpha, 1e-6f)), most);
+    float shown = logf(fmaxf(LEAST_DEPTH, tau)), cut = fminf(shown, logf(most));
+    float saturated = fmaxf(0, (wanted - SATURATING) / (most - SATURATING));
+    log_ratio = fminf(logf(wanted) - shown - saturated * (cut - shown), logf(limit));
   }
   float code = (log_ratio - VT_LEAST_LOG_RATIO) / VT_LOG_RATIO_STEP + 0.5f;
   return code < 0 ? 0 : code > 255 ? 255 : (uint8_t)code;
