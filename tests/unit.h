@@ -12,6 +12,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+// Address and thread sanitizers look for other things than numbers and make everything some times slower: where they are on,
+// tests that measure leave out cases that run the same code once more.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define VT_UNIT_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define VT_UNIT_SANITIZED 1
+#endif
+#endif
+#ifndef VT_UNIT_SANITIZED
+#define VT_UNIT_SANITIZED 0
+#endif
+
 #ifdef VT_WITH_CMOCKA
 #include <cmocka.h>
 // The thread sanitizer makes everything many times slower, and what runs on one thread has nothing to show it: where it is on,
