@@ -6,6 +6,8 @@
 // W = -ln(1 - a) what the matte asks for:
 //
 //   depth    d_k = min(R s_k, D), R such that sum_k l_k d_k = W        D: the depth that alpha 255 stands for
+//            W counts to 4.2 here; what a nearly opaque pixel asks for beyond that goes where it is dense already, by d_k^2: in
+//            proportion, all cells on its ray would be half as dense again, and the silhouette in other views too fat (0.3 dB)
 //   code     front to back, the code beside d_k that brings the sum so far closest to what it should be: what rounding one
 //            cell adds or takes, the next ones make good
 //   colour   with w_k = T_k a_k what cell k adds to the pixel, and c_k what its texel has been given (the photograph's
@@ -23,6 +25,8 @@
 #include <math.h>
 
 #define OPAQUE_LEFT (0.5f / 255) // transmittance of alpha 255, in mattes and in texels [octree.h]
+#define SHARED_LEFT 0.015f       // transmittance down to which depth is shared out in proportion
+#define LEAST_LEFT 0.005f        // and that at which a pixel is opaque
 #define LEAST_DEPTH 1e-4f        // per edge, added so that a ray through all but empty cells has something to thicken
 #define COLOUR_STEPS 3           // more than one where colours run against black or white
 
@@ -102,13 +106,28 @@ static float share_out(const match_job *job, hit *hits, size_t count, float want
   return at_least && got > wanted ? 0 : wanted - got;
 }
 
+// More depth where there is much; returns what is still missing.
+static float thicken(const match_job *job, hit *hits, size_t count, float wanted) {
+  float got = 0, squares = 0, left = wanted;
+  for (size_t k = 0; k < count; k++) {
+    got += hits[k].length * hits[k].wanted;
+    if (hits[k].texel) squares += hits[k].length * hits[k].wanted * hits[k].wanted;
+  }
+  float rise = squares > 0 ? fmaxf(wanted - got, 0) / squares : 0;
+  for (size_t k = 0; k < count; k++) {
+    if (hits[k].texel) hits[k].wanted = fminf(hits[k].wanted * (1 + rise * hits[k].wanted), job->most);
+    left -= hits[k].length * hits[k].wanted;
+  }
+  return fmaxf(left, 0);
+}
+
 static uint8_t code_of(float depth) {
   float code = 255 * (1 - expf(-depth)) + 0.5f;
   return code > 255 ? 255 : (uint8_t)code;
 }
 
-// Codes whose sum along the ray follows that of the depths; returns what is left over at its end.
-static float write_codes(const match_job *job, hit *hits, size_t count) {
+// Codes whose sum along the ray follows that of the depths.
+static void write_codes(const match_job *job, hit *hits, size_t count) {
   float rest = 0;
   for (size_t k = 0; k < count; k++) {
     if (!hits[k].texel) continue;
@@ -120,7 +139,6 @@ static float write_codes(const match_job *job, hit *hits, size_t count) {
     hits[k].texel[3] = (uint8_t)best;
     hits[k].wanted = job->depth_of[best];
   }
-  return rest;
 }
 
 // The smallest change of the texels' colours with which the ray shows the photograph's; hits[].depth becomes the weight.
@@ -155,15 +173,15 @@ static void visit(void *user, const vt_swept_ray *ray) {
   size_t count = find_hits(job, ray, hits, sums);
   if (!count) return;
   bool opaque = ray->pixel[3] == 255, clamped = false;
-  float wanted = -logf(fmaxf(1 - (float)ray->pixel[3] / 255.0f, OPAQUE_LEFT));
-  float missing = share_out(job, hits, count, wanted, opaque);
-  float rest = write_codes(job, hits, count), depth = 0;
+  float wanted = -logf(fmaxf(1 - (float)ray->pixel[3] / 255.0f, LEAST_LEFT)), shared = fminf(wanted, -logf(SHARED_LEFT)), depth = 0;
+  float missing = share_out(job, hits, count, shared, opaque);
+  if (wanted > shared) missing = thicken(job, hits, count, wanted);
+  write_codes(job, hits, count);
   match_colour(hits, count, ray->pixel);
   for (size_t k = 0; k < count; k++) {
     depth += hits[k].length * hits[k].wanted;
     clamped = clamped || !hits[k].texel;
   }
-  (void)rest;
   double error = 1 - exp((double)-depth) - alpha, squared = opaque && depth > wanted ? 0 : error * error;
   sums[SEEN] += alpha * alpha;
   sums[fabsf(missing) < 0.02f ? ROUNDING : clamped ? CLAMPED : LIMITED] += squared;
