@@ -28,6 +28,7 @@
 #define SHARED_LEFT 0.015f       // transmittance down to which depth is shared out in proportion
 #define LEAST_LEFT 0.005f        // and that at which a pixel is opaque
 #define LEAST_DEPTH 1e-4f        // per edge, added so that a ray through all but empty cells has something to thicken
+#define MOST_TAU 12.0f           // optical depth behind which nothing shows
 #define COLOUR_STEPS 3           // more than one where colours run against black or white
 
 typedef struct hit { // a cell on a ray
@@ -35,7 +36,7 @@ typedef struct hit { // a cell on a ray
   float length, depth, wanted;
 } hit;
 
-enum { ALL, SEEN, LIMITED, CLAMPED, ROUNDING, CHORD, CLAMPED_CHORD, SUM_COUNT };
+enum { ALL, SEEN, LIMITED, CLAMPED, ROUNDING, CHORD, CLAMPED_CHORD, PRUNED, SUM_COUNT };
 
 typedef struct match_job {
   const vt_rays *rays;
@@ -166,11 +167,26 @@ static void match_colour(hit *hits, size_t count, const uint8_t *pixel) {
     }
 }
 
+// What cells without a tile would have shown on the ray, 0..1.
+static float pruned_part(const match_job *job, const vt_swept_ray *ray) {
+  const uint32_t *tile_of = job->tiles->tile_of + (size_t)ray->view * job->tiles->cell_count;
+  float tau = 0, sum = 0;
+  for (size_t k = 0; k < ray->chord_count && tau < MOST_TAU; k++) {
+    uint32_t cell = ray->chords[k].cell;
+    float behind = tau + job->s[cell] * ray->chords[k].length;
+    if (tile_of[cell] == VT_NO_TILE) sum += expf(-tau) - expf(-behind);
+    tau = behind;
+  }
+  return sum;
+}
+
 static void visit(void *user, const vt_swept_ray *ray) {
   match_job *job = user;
   hit *hits = job->hits + job->capacity * (size_t)ray->lane;
   double *sums = job->sums[ray->lane], alpha = ray->pixel[3] / 255.0;
+  float pruned = pruned_part(job, ray);
   size_t count = find_hits(job, ray, hits, sums);
+  sums[PRUNED] += (double)pruned * (double)pruned;
   if (!count) return;
   bool opaque = ray->pixel[3] == 255, clamped = false;
   float wanted = -logf(fmaxf(1 - (float)ray->pixel[3] / 255.0f, LEAST_LEFT)), shared = fminf(wanted, -logf(SHARED_LEFT)), depth = 0;
@@ -206,6 +222,7 @@ static void report_errors(const match_job *job, vt_match_report *out) {
   out->limited = sum[LIMITED] / pixels;
   out->clamped = sum[CLAMPED] / pixels;
   out->rounding = sum[ROUNDING] / pixels;
+  out->pruned_energy = sum[PRUNED] / pixels;
   out->rmse = sqrt(out->no_cells + out->limited + out->clamped + out->rounding);
   out->clamped_share = sum[CHORD] > 0 ? sum[CLAMPED_CHORD] / sum[CHORD] : 0;
 }
