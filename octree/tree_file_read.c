@@ -146,6 +146,7 @@ static vt_status read_head(vt_tree_reader *r) {
   vt_status status = vt_open_chunk(r, VT_TREE, 0, &raw, &owned);
   if (status) return status;
   uint32_t branching = vt_get_u32(raw + 32), levels = vt_get_u32(raw + 36), texel_edge = vt_get_u32(raw + 40);
+  uint16_t minor = vt_get_u16(r->bytes + 10);
   uint32_t views = vt_get_u32(raw + 48), packed = vt_get_u32(raw + 52);
   bool good = (branching == 2 || branching == 3) && levels >= 1 && (texel_edge == 4 || texel_edge == 8) &&
               views <= VT_MAX_TREE_VIEWS && packed <= 1 && levels <= (uint32_t)vt_max_file_level((int)branching) + 1 &&
@@ -158,7 +159,7 @@ static vt_status read_head(vt_tree_reader *r) {
     for (int l = 0; l < h->level_count; l++, p += 12) {
       h->level[l].cell_count = vt_get_u32(p), h->level[l].tile_count = vt_get_u32(p + 4);
       h->level[l].form = (vt_cell_form)p[8], h->level[l].has_tiles = p[9], h->level[l].grid = vt_get_u16(p + 10);
-      good = good && p[8] <= VT_MORTON_GAPS && p[9] <= 1 && (p[9] || !h->level[l].grid);
+      good = good && p[8] <= VT_MORTON_GAPS && p[9] <= 1 && (!h->level[l].grid || (p[9] && minor >= 2));
     }
   }
   vt_free(r->context, owned);

@@ -42,6 +42,7 @@ typedef struct work {
   const specimen *specimen;
   vt_captured scene;
   vt_tree full, pruned, tri_grid, packed;
+  vt_reconstruct_report pruning; // of the pruned tree
   vt_tree kept[SPECIMEN_COUNT]; // packed trees of all, for the scenes
 } work;
 
@@ -65,7 +66,9 @@ static const char *label_of(const work *w, const char *rest, char text[96]) {
 
 static const vt_bench_column billboard_columns[] = {
     {"before", "", VT_NEITHER_BETTER, 0, 0},       {"after", "", VT_LESS_BETTER, 0.02, 0},
-    {"kept", "share", VT_LESS_BETTER, 0.02, 0},    {"paper: before", "", VT_NEITHER_BETTER, 0, 0},
+    {"kept", "share", VT_LESS_BETTER, 0.02, 0},    {"after, least of a direction", "", VT_NEITHER_BETTER, 0, 0},
+    {"after, most", "", VT_NEITHER_BETTER, 0, 0},  {"RMS lost", "of 255", VT_LESS_BETTER, 0.05, 0.05},
+    {"paper: before", "", VT_NEITHER_BETTER, 0, 0},
     {"paper: after", "", VT_NEITHER_BETTER, 0, 0}, {"paper: kept", "share", VT_NEITHER_BETTER, 0, 0}};
 
 // Cells of a level that have a tile in one of the chosen views, or in any (NULL).
@@ -83,35 +86,42 @@ static double count_shown(const vt_tree *tree, int level, const vt_view_weights 
   return count;
 }
 
-static double count_over_rotation(const vt_tree *tree, int level) {
+static vt_spread spread_over_rotation(const vt_tree *tree, int level) { // mean, least, most
   vt_camera cameras[MOST_VIEWS];
-  double sum = 0;
+  vt_spread out = {0, INFINITY, 0};
   vt_circle_cameras(tree, 0, 64, MOST_VIEWS, cameras);
   for (int i = 0; i < MOST_VIEWS; i++) {
     vt_view_weights weights = vt_choose_views(tree, vt_camera_centre(&cameras[i]), 2);
-    sum += count_shown(tree, level, &weights);
+    double count = count_shown(tree, level, &weights);
+    out.median += count / MOST_VIEWS;
+    out.low = fmin(out.low, count);
+    out.high = fmax(out.high, count);
   }
-  return sum / MOST_VIEWS;
+  return out;
 }
+
+static double count_over_rotation(const vt_tree *tree, int level) { return spread_over_rotation(tree, level).median; }
 
 static void put_billboards(work *w) {
   const specimen *s = w->specimen;
   int leaf = vt_finest_level(&w->pruned);
   char rest[48], label[96];
   for (int level = 2; level <= leaf; level++) {
-    double before = count_shown(&w->full, level, NULL), after = count_over_rotation(&w->pruned, level);
+    vt_spread spread = spread_over_rotation(&w->pruned, level);
+    double before = count_shown(&w->full, level, NULL), after = spread.median;
+    double lost = 255 * sqrt(w->pruning.levels[level].pruned_energy);
     bool last = level == leaf;
     const double row[] = {
-        before, after, after / before, last ? s->before : NAN, last ? s->after : NAN, last ? s->after / s->before : NAN};
+        before, after, after / before, spread.low, spread.high, lost, last ? s->before : NAN, last ? s->after : NAN, last ? s->after / s->before : NAN};
     snprintf(rest, sizeof rest, "octree level %d", level);
-    vt_put_values(w->billboards, label_of(w, rest, label), row, 6);
+    vt_put_values(w->billboards, label_of(w, rest, label), row, 9);
   }
   leaf = vt_finest_level(&w->tri_grid);
   for (int level = 1; level <= leaf; level++) {
     double before = count_shown(&w->tri_grid, level, NULL);
-    const double row[] = {before, NAN, NAN, level == leaf ? s->tri_grid : NAN, NAN, NAN};
+    const double row[] = {before, NAN, NAN, NAN, NAN, NAN, level == leaf ? s->tri_grid : NAN, NAN, NAN};
     snprintf(rest, sizeof rest, "tri-grid level %d", level);
-    vt_put_values(w->billboards, label_of(w, rest, label), row, 6);
+    vt_put_values(w->billboards, label_of(w, rest, label), row, 9);
   }
 }
 
@@ -438,11 +448,11 @@ static vt_synthetic_desc scene_of(const work *w) {
   return desc;
 }
 
-static vt_status build(work *w, vt_method method, bool prune, int leaf, vt_tree *out) {
+static vt_status build(work *w, vt_method method, bool prune, int leaf, vt_tree *out, vt_reconstruct_report *report) {
   vt_reconstruct_desc desc = vt_default_reconstruct_desc(method, VT_PRESET_NORMAL);
   desc.leaf_level = leaf;
   desc.prune_hidden = prune;
-  vt_status status = vt_reconstruct(w->context, &desc, &w->scene.views, out, NULL);
+  vt_status status = vt_reconstruct(w->context, &desc, &w->scene.views, out, report);
   step(w);
   return status;
 }
@@ -451,9 +461,9 @@ static vt_status run_specimen(work *w) {
   vt_synthetic_desc scene = scene_of(w);
   vt_status status = vt_take_photographs(w->context, &scene, &w->scene);
   step(w);
-  if (!status) status = build(w, VT_METHOD_2006, false, octree_leaf(w), &w->full);
-  if (!status) status = build(w, VT_METHOD_2006, true, octree_leaf(w), &w->pruned);
-  if (!status) status = build(w, VT_METHOD_2004, false, tri_grid_leaf(w), &w->tri_grid);
+  if (!status) status = build(w, VT_METHOD_2006, false, octree_leaf(w), &w->full, NULL);
+  if (!status) status = build(w, VT_METHOD_2006, true, octree_leaf(w), &w->pruned, &w->pruning);
+  if (!status) status = build(w, VT_METHOD_2004, false, tri_grid_leaf(w), &w->tri_grid, NULL);
   if (status) return status;
   put_billboards(w);
   status = put_switches(w);
@@ -481,8 +491,8 @@ static void free_specimen(work *w, vt_tree *keep_packed) {
 static void add_tables(work *w) {
   vt_bench *b = w->bench;
   w->billboards = vt_add_table(
-      b, "billboards", "LRMDM06, Fig. 4: billboards of a level before pruning, and drawn after it (mean over a rotation)",
-      billboard_columns, 6);
+      b, "billboards", "LRMDM06, Fig. 4: billboards of a level before pruning, and drawn after it (mean, least and most over a rotation)",
+      billboard_columns, 9);
   w->switches = vt_add_table(
       b, "level_switch",
       "Fig. 2: primitives of two levels, and how far a picture of one is from that of the other where the level of detail "

@@ -130,6 +130,13 @@ static void put_statistics(vt_json_writer *json, const work *job) {
     vt_json_put_integer(json, "level", l);
     vt_json_put_integer(json, "cells_before_pruning", level->hull_cells);
     vt_json_put_integer(json, "cells", octree->levels[l].cell_count);
+    if (level->billboards) {
+      vt_json_put_integer(json, "billboards_of_a_view_least", level->view_least);
+      vt_json_put_integer(json, "billboards_of_a_view_median", level->view_median);
+      vt_json_put_integer(json, "billboards_of_a_view_most", level->view_most);
+      vt_json_put_number(json, "pruned_energy", level->pruned_energy);
+      vt_json_put_number(json, "own_alpha_rmse", level->own_alpha_rmse);
+    }
     vt_json_put_integer(json, "unsplit_empty", level->unsplit_empty);
     vt_json_put_integer(json, "unsplit_hidden", level->unsplit_hidden);
     vt_json_put_integer(json, "unsplit_for_memory", level->unsplit_for_memory);

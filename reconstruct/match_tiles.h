@@ -19,6 +19,7 @@ typedef struct vt_match_report {
   double clamped;  // cells wider than their tile, which show the texel at its rim
   double rounding; // 8 bits
   double clamped_share; // of the cells on rays, by chord
+  double pruned_energy; // mean square of what cells without a tile would have added to a pixel's alpha, were the others as they are
 } vt_match_report;
 
 // Rewrites the texels that pixels' rays meet (the tiles must lie on the grid of the rays' pictures) so that front to back they

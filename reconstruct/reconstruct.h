@@ -40,6 +40,9 @@ typedef struct vt_level_report {
   int level;
   uint32_t hull_cells, cells;             // before and after pruning by opacity
   uint64_t billboards_before, billboards; // (view, cell) pairs before and after pruning by visibility
+  uint32_t view_least, view_median, view_most; // billboards left of one view, over the views [LRMDM06 Fig. 4]
+  double pruned_energy;                   // mean square of what the pruned billboards add to a pixel's alpha at the own cameras
+  double own_alpha_rmse;                  // of the textures at the photographs' own cameras (tiles; best: 0)
   uint64_t rays;                          // per iteration
   double saturated_share;                 // of the rays, alpha > 0.99
   double alpha_rmse;                      // of the training rays in the last iteration

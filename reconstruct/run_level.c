@@ -140,6 +140,26 @@ static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
   return status;
 }
 
+static int compare_counts(const void *a, const void *b) {
+  uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
+  return p < q ? -1 : p > q;
+}
+
+// Billboards by view [LRMDM06 Fig. 4].
+static vt_status count_billboards(vt_context *context, const vt_tiles *tiles, vt_level_report *report) {
+  size_t views = (size_t)tiles->view_count;
+  if (!views) return VT_OK;
+  uint32_t *left = VT_NEW(context, uint32_t, views);
+  if (!left) return VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < views * tiles->cell_count; i++) left[i / tiles->cell_count] += tiles->tile_of[i] != VT_NO_TILE;
+  qsort(left, views, sizeof *left, compare_counts);
+  report->view_least = left[0];
+  report->view_median = left[views / 2];
+  report->view_most = left[views - 1];
+  vt_free(context, left);
+  return VT_OK;
+}
+
 static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
   vt_level_report *report = &r->report->levels[level];
   double start = vt_seconds();
@@ -154,6 +174,9 @@ static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
            match.limited, match.clamped, match.rounding, 100 * match.clamped_share);
   report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
   report->billboards = r->tree->tiles[level].tile_count;
+  report->pruned_energy = match.pruned_energy;
+  report->own_alpha_rmse = match.rmse;
+  if (!status) status = count_billboards(r->context, &r->tree->tiles[level], report);
   report->seconds_tiles = vt_seconds() - start;
   r->report->seconds_tiles += report->seconds_tiles;
   return status;
