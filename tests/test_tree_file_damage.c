@@ -417,7 +417,7 @@ static void a_newer_file_that_cannot_be_read_asks_for_a_newer_program(void **sta
   uint8_t *bytes = bytes_of_case(context, &tree_cases[8], &size);
   uint8_t *less = without_chunk(context, bytes, size, find_chunk(bytes, "COPA", 3, NULL), &new_size);
   assert_refused(context, less, new_size, "make it again");
-  put_number(less + 10, 3, 2);
+  put_number(less + 10, 2, 3);
   mend_checksums(less, new_size);
   assert_refused(context, less, new_size, "use a newer voltree");
   vt_free(context, less);
