@@ -110,6 +110,7 @@ static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   vt_fit_desc fit = r->recipe.fit;
   if (level == r->leaf) fit.epochs = r->recipe.leaf_epochs;
+  else fit.own_share = 0;
   if (r->desc->time_budget > 0) {
     fit.begun = r->start;
     fit.deadline = r->start + 0.9 * r->desc->time_budget;

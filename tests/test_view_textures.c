@@ -101,7 +101,8 @@ static void check_codes(int factor) {
         if (kind == 0) assert_int_equal(code, 0);
         if (kind == 1) assert_close(code, one, 0.51);
         if (kind < 2 || tau < 0.004) continue; // thinner: the limits, tested by pictures
-        double saturated = -log(0.007), ratio = log(fmin(-log(1 - fmin(a, 0.999999)), saturated) / fmin(tau, saturated));
+        double most = -log(0.007), matte = fmin(-log(1 - fmin(a, 0.999999)), most), share = fmax(0, (matte - 3) / (most - 3));
+        double ratio = log(matte) - (1 - share) * log(tau) - share * log(fmin(tau, most)); // less of what both say "at least"
         double wanted = (fmax(fmin(ratio, log(LIMIT)), VT_LEAST_LOG_RATIO) - VT_LEAST_LOG_RATIO) / VT_LOG_RATIO_STEP;
         worst = fmax(worst, fabs(code - wanted));
       }
