@@ -27,7 +27,7 @@ vt_recipe vt_recipe_of(const vt_reconstruct_desc *desc) {
   r.billboard.hidden_threshold = desc->hidden_threshold;
   r.billboard.prune = desc->prune_hidden;
   if (desc->preset == VT_PRESET_DRAFT) r.leaf_epochs = 1, r.pixels = 5;
-  if (desc->preset == VT_PRESET_HIGH) r.leaf_epochs = 4;
+  if (desc->preset == VT_PRESET_HIGH) r.leaf_epochs = 3, r.pixels = 1.25;
   if (desc->time_budget > 0) r.leaf_epochs = 8;
   if (desc->refine_epochs >= 0) r.leaf_epochs = desc->refine_epochs;
   if (desc->method == VT_METHOD_BEST) return r;

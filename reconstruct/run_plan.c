@@ -4,7 +4,7 @@
 #include "reconstruct/run.h"
 #include "reconstruct/split.h"
 
-#define LARGEST_RAY_STORE (3ull << 30) // bytes
+#define LARGEST_RAY_STORE (3ull << 29) // bytes
 #define LARGEST_SHARE_LEFT 0.05        // of the opacity, in cells that are not split for want of memory
 
 uint64_t vt_ray_bound(const vt_run *r) {
