@@ -116,7 +116,7 @@ static vt_status reconstruct_views(vt_run *r) {
   if (r->tree->octree.branching == 3 && leaf > 6) leaf = 6; // 729 cells along an edge
   r->report->seconds_bounds = vt_seconds() - r->start;
   r->report->estimated_bytes = vt_level_bytes(r, (uint64_t)(3.0 * pow(r->tree->octree.branching, 2.3 * leaf)));
-  vt_log(r->context, VT_LOG_VERBOSE, "leaf level %d, cells of %.1f pixels; memory about %.1f GB for a full crown", leaf,
+  vt_log(r->context, VT_LOG_NORMAL, "leaf level %d, cells of %.1f pixels; memory up to about %.1f GB for a full crown", leaf,
          vt_cell_pixels(r, leaf), (double)r->report->estimated_bytes * 1e-9);
   vt_reset_peak(r->context);
   r->leaf = leaf;
