@@ -30,6 +30,7 @@ typedef struct vt_run {
   vt_tree *tree;
   vt_reconstruct_report *report;
   double start, root_pixels; // root_pixels: size of the root's edge in the photographs
+  int least_seen;            // a cell in the frames of fewer photographs is not believed
   int leaf;                  // the last level that is to be made
   uint64_t bytes_before;     // in use when a level's hull was there and nothing else of it
   uint8_t *split;            // [cells of the last level] those that the next comes from; NULL: all; owned

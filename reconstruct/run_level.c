@@ -50,6 +50,7 @@ vt_status vt_carve_level(vt_run *r, int level) {
   vt_status status = vt_make_silhouettes(context, r->views, factor < 1 ? 1 : factor, 2, &silhouettes);
   if (status) return status;
   silhouettes.votes = r->desc->hull_votes;
+  if (r->least_seen > silhouettes.least_seen) silhouettes.least_seen = r->least_seen;
   uint8_t *keep = VT_NEW(context, uint8_t, cells->cell_count);
   status = keep ? vt_carve(context, &silhouettes, &r->tree->octree, level, keep) : VT_OUT_OF_MEMORY;
   if (!status) status = replace_level(r, level, keep, NULL);
