@@ -8,6 +8,8 @@
 #include "reconstruct/run.h"
 #include "reconstruct/view_textures.h"
 
+#include <string.h>
+
 vt_status vt_begin_level(vt_run *r, int level) {
   vt_octree *octree = &r->tree->octree;
   if (level) {
@@ -23,10 +25,27 @@ vt_status vt_begin_level(vt_run *r, int level) {
   return status;
 }
 
+// Corners of the cells that are kept take their values along.
+static vt_status carry_corners(vt_run *r, const vt_level *from, const uint8_t *keep, vt_level *to) {
+  vt_status status = from->corner_count ? vt_make_corners(r->context, r->tree->octree.branching, to) : VT_OK;
+  for (size_t i = 0, j = 0; i < from->cell_count && from->corner_count && !status; i++) {
+    for (size_t c = 0; c < 8 && keep[i]; c++)
+      memcpy(to->corner_values + 4 * (size_t)to->corner_of[8 * j + c],
+             from->corner_values + 4 * (size_t)from->corner_of[8 * i + c], 4 * sizeof(float));
+    j += keep[i];
+  }
+  return status;
+}
+
 static vt_status replace_level(vt_run *r, int level, const uint8_t *keep, vt_rays *rays_or_null) {
   vt_level kept, *cells = &r->tree->octree.levels[level];
   vt_status status = vt_filter_level(r->context, r->tree->octree.branching, level, cells, keep, &kept);
   if (status) return status;
+  status = carry_corners(r, cells, keep, &kept);
+  if (status) {
+    vt_free_level(r->context, &kept);
+    return status;
+  }
   if (rays_or_null) {
     uint32_t *new_index = VT_NEW(r->context, uint32_t, cells->cell_count), next = 0;
     if (!new_index) {
@@ -67,6 +86,13 @@ static float least_depth(const vt_run *r, int level) {
   return (float)fmin(least, 0.5 / (pixels * pixels));
 }
 
+static float densest(const vt_level *cells, uint32_t cell) {
+  float most = cells->optical_depth[cell];
+  for (size_t c = 0; c < 8 && cells->corner_count; c++)
+    most = fmaxf(most, cells->corner_values[4 * (size_t)cells->corner_of[8 * (size_t)cell + c]]);
+  return most;
+}
+
 // Only the leaf level loses its empty cells: on coarser ones they may still hold the tips of twigs, and their children
 // are looked for within them. They get no textures.
 static vt_status prune_level(vt_run *r, int level, vt_rays *rays) {
@@ -75,7 +101,7 @@ static vt_status prune_level(vt_run *r, int level, vt_rays *rays) {
   if (!r->desc->prune_thin) return VT_OK;
   uint8_t *keep = VT_NEW(r->context, uint8_t, cells->cell_count);
   if (!keep) return VT_OUT_OF_MEMORY;
-  for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = cells->optical_depth[i] >= least;
+  for (uint32_t i = 0; i < cells->cell_count; i++) keep[i] = densest(cells, i) >= least;
   vt_status status = replace_level(r, level, keep, rays);
   vt_free(r->context, keep);
   return status;
@@ -133,6 +159,7 @@ static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
   if (!status) status = vt_estimate_colour(r->context, rays, cells, 0);
   double coloured = vt_seconds();
   if (!status && r->recipe.field) status = fit_level(r, level, rays);
+  if (!status && r->recipe.field && level == r->leaf) status = prune_level(r, level, rays); // what the fit has emptied
   double fitted = vt_seconds();
   if (!status && level < r->leaf) status = vt_plan_next_level(r, level, rays);
   r->report->seconds_opacity += solved - start + (vt_seconds() - fitted);
