@@ -84,7 +84,7 @@ static vt_status make_all_levels(vt_run *r) {
   return VT_OK;
 }
 
-// Photographs that hold a point. What is seen by less than a quarter of those that see the tree's middle lies beside the tree as
+// Photographs that hold a point. What is seen by less than a third of those that see the tree's middle lies beside the tree as
 // a rule: a cell near one camera that the few others which see so far out happen to see before the crown. The hull cannot
 // carve it, and it would hang in the air of other views.
 static int count_sights(const vt_run *r, vt_vec3 point) {
@@ -117,7 +117,7 @@ vt_status vt_prepare_run(vt_run *r) {
   if (status) return status;
   double half = 0.5 * tree->octree.edge;
   vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));
-  r->least_seen = count_sights(r, middle) / 4;
+  r->least_seen = count_sights(r, middle) / 3;
   return vt_projected_size(r->context, r->views, middle, tree->octree.edge, &r->root_pixels);
 }
 
