@@ -54,7 +54,7 @@ static void put_result(work *w, const char *label, const result *r) {
   vt_bench_step(w->bench, ++w->done, w->total);
 }
 
-static int repetitions(const work *w) { return vt_repetitions_of(w->bench, vt_is_quick(w->bench) ? 3 : 5); }
+static int repetitions(const work *w) { return vt_repetitions_of(w->bench, vt_is_quick(w->bench) ? 2 : 5); }
 
 // ---- skips of the reconstruction
 
@@ -428,7 +428,7 @@ static vt_status take_scene(work *w) {
   vt_synthetic_desc desc;
   VT_ASSERT(vt_find_scene("tree_96", &desc));
   desc.kind = VT_SYNTHETIC_OAK; // a dense crown: much of it is hidden
-  desc.width = desc.height = vt_is_quick(w->bench) ? 112 : 256;
+  desc.width = desc.height = vt_is_quick(w->bench) ? 96 : 256;
   if (vt_is_quick(w->bench))
     desc.leaf_count = 4000;
   else
