@@ -20,14 +20,15 @@ static uint64_t texture_bytes(const vt_run *r, uint64_t cells) {
   if (!r->recipe.field) return cells * (uint64_t)r->views->count * (tile + 5);
   for (int i = 0; i < r->views->count; i++)
     pixels += (uint64_t)r->views->items[i].picture.width * (uint64_t)r->views->items[i].picture.height;
-  return cells * 3 / 2 * (16 * VT_LANES + 48) + cells * 32 + 2 * pixels;
+  return cells * 3 / 2 * (16 * VT_LANES + 48) + cells * 32 + 8 * pixels; // with reduced pictures, and pictures of probes
 }
 
 // Bytes that a level will take, about: chords of rays, sums of the lanes, and what becomes of the cells that are kept (two in
 // five of the hull).
 uint64_t vt_level_bytes(const vt_run *r, uint64_t hull_cells) {
   uint64_t chords = hull_cells * (uint64_t)r->views->count * 64, most = vt_ray_bound(r);
-  return (chords < most ? chords : most) + hull_cells * (64 + 16 * VT_LANES) + texture_bytes(r, hull_cells * 2 / 5);
+  uint64_t bytes = (chords < most ? chords : most) + hull_cells * (64 + 16 * VT_LANES) + texture_bytes(r, hull_cells * 2 / 5);
+  return r->recipe.field ? bytes + bytes / 3 : bytes; // the split's sums, and the level before, which stays
 }
 
 static double growth_of(const vt_run *r) { return r->tree->octree.branching == 2 ? 6 : 13; } // of the cells of a hull
