@@ -11,8 +11,8 @@ extern "C" {
 #endif
 
 // Writes cells->colour (of the level that the rays were collected on): the mean of the photographs' colours weighted by what the cell contributes to
-// each pixel, then `iterations` least-squares steps (0: the mean alone). Cells that nothing shows keep their colour.
-vt_status vt_estimate_colour(vt_context *, const vt_rays *, vt_level *cells, int iterations);
+// each pixel. Cells that nothing shows keep their colour.
+vt_status vt_estimate_colour(vt_context *, const vt_rays *, vt_level *cells);
 
 #ifdef __cplusplus
 }

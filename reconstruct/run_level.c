@@ -139,7 +139,7 @@ static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
   if (level == r->leaf) fit.epochs = r->recipe.leaf_epochs;
   else fit.own_share = 0;
   if (r->desc->time_budget > 0) {
-    fit.begun = r->start;
+    fit.begun = vt_seconds();
     fit.deadline = r->start + 0.9 * r->desc->time_budget;
   }
   vt_status status = vt_make_corners(r->context, r->tree->octree.branching, cells);
@@ -156,7 +156,7 @@ static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
   vt_status status = vt_estimate_level(r, level, rays);
   if (!status && level == r->leaf) status = prune_level(r, level, rays);
   double solved = vt_seconds();
-  if (!status) status = vt_estimate_colour(r->context, rays, cells, 0);
+  if (!status) status = vt_estimate_colour(r->context, rays, cells);
   double coloured = vt_seconds();
   if (!status && r->recipe.field) status = fit_level(r, level, rays);
   if (!status && r->recipe.field && level == r->leaf) status = prune_level(r, level, rays); // what the fit has emptied

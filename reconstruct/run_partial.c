@@ -89,7 +89,7 @@ vt_status vt_reconstruct_hull(vt_context *context, const vt_views *views, int le
   vt_rays rays = {0};
   if (!status) status = vt_collect_rays(context, &out->octree, level, vt_coarse_level_for(&r, level, reduced.factor), &reduced,
                                           vt_ray_bound(&r), &rays);
-  if (!status) status = vt_estimate_colour(context, &rays, cells, 0);
+  if (!status) status = vt_estimate_colour(context, &rays, cells);
   vt_free_rays(context, &rays);
   out->octree.level_count = level + 1;
   vt_free_reduced_views(context, &reduced);
