@@ -15,6 +15,12 @@ extern "C" {
 vt_status vt_matte_backdrop(vt_context *, vt_matte_mode mode, const vt_image *rgb, const char *name,
                             vt_image *out_rgba);
 
+// The same before the sky: alpha is coverage in linear light, colours are the tree's. Without any sky all is tree.
+vt_status vt_matte_sky(vt_context *, const vt_image *rgb, const char *name, vt_image *out_rgba);
+
+// What is certain before the matte is solved: one channel, 0 backdrop, 128 unknown, 255 tree. The caller frees `out`.
+vt_status vt_make_trimap(vt_context *, vt_matte_mode mode, const vt_image *rgb, vt_image *out);
+
 // Replaces the colours where alpha is below 1 by estimated foreground colours, so that no backdrop bleeds in. In place.
 vt_status vt_estimate_foreground(vt_context *, vt_image *rgba);
 

@@ -1,0 +1,344 @@
+// bench_matte.c - mattes of synthetic trees before sky and cloth against exact alpha, and of any one photograph
+// SPDX-License-Identifier: BSD-3-Clause
+//
+//   build/bench/bench/bench_matte [SCENE...] [--backdrop sky|horizon|studio] [--size N] [--views N] [--noise X] [--blur X]
+//                                 [--jpeg Q] [--encoded] [--slow] [--pictures DIR]
+//   build/bench/bench/bench_matte PHOTO [--sky|--plain] [-o OUT.png]
+//
+// A tree with exact alpha is laid before a backdrop as light adds up, in linear light (--encoded: as sRGB values), seen
+// through a blurred lens, counted by a noisy sensor and packed as JPEG. Truth is the alpha, and the colour, of the tree
+// behind the same blur. Printed for each method: mean squared error and bias of alpha over the whole picture, the error
+// where truth is mixed, the share of holes found (pixels with true alpha below 1/2 where the crown around covers a
+// third), the error of colours where truth is mixed over that of the photograph's own, processor seconds a megapixel and
+// the highest memory of ours a pixel. --slow adds information flow, which takes minutes a megapixel.
+
+#include "base/image_file.h"
+#include "bench/matte_peers.h"
+#include "capture/matte.h"
+#include "datasets-synthetic/synthetic.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct arguments {
+  const char *scenes[16], *output, *pictures;
+  int scene_count, size, views;
+  vt_backdrop backdrop;
+  bool horizon, encoded, slow, studio;
+  vt_matte_mode mode; // of one photograph
+  vt_damage_desc damage;
+} arguments;
+
+typedef struct score { // over the pictures of a scene
+  double pixels, square, bias, mixed, mixed_square, holes, holes_found, colours, colour_error, naive_error, seconds;
+  double bytes;
+} score;
+
+// ---- scenes
+
+static float linear_of(uint8_t v) {
+  double s = v / 255.0;
+  return (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
+}
+
+static uint8_t byte_of(double linear) {
+  double v = linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+  return (uint8_t)(v <= 0 ? 0 : v >= 1 ? 255 : v * 255 + 0.5);
+}
+
+// A copy of the views before their backdrop: the same cameras, tilted until the horizon is where it is wanted, and
+// nothing in the pictures.
+static vt_status make_backdrops(vt_context *context, const arguments *a, const vt_synthetic_desc *scene, const vt_views *views,
+                                vt_views *out) {
+  out->items = VT_NEW(context, vt_view, (size_t)views->count);
+  if (!out->items) return VT_OUT_OF_MEMORY;
+  out->count = views->count;
+  for (int i = 0; i < views->count; i++) {
+    const vt_camera *c = &views->items[i].camera;
+    vt_vec3 eye = vt_camera_centre(c), away = vt_normalise(vt_v3(-eye.x, -eye.y, 0));
+    double rise = ((a->horizon ? 0.84 : 1.4) * c->height - c->cy) / c->fy; // of the axis over the horizon
+    vt_view *view = &out->items[i];
+    view->camera = vt_look_at(eye, vt_add(eye, vt_v3(away.x, away.y, rise)), vt_v3(0, 0, 1),
+                              2 * atan(0.5 * c->height / c->fy), c->width, c->height);
+    view->name = vt_strdup(context, "backdrop");
+    vt_status status = vt_make_image(context, c->width, c->height, 4, &view->picture);
+    if (status) return status;
+  }
+  vt_synthetic_desc desc = *scene;
+  desc.backdrop = a->backdrop;
+  return vt_put_before_backdrop(context, &desc, out);
+}
+
+// Lays the tree before its backdrop, in linear light or as encoded values.
+static void put_before(const arguments *a, const vt_image *tree, vt_image *backdrop) {
+  size_t count = (size_t)tree->width * (size_t)tree->height;
+  float linear[256];
+  for (int i = 0; i < 256; i++) linear[i] = a->encoded ? (float)i : linear_of((uint8_t)i);
+  for (size_t i = 0; i < count; i++) {
+    double alpha = tree->pixels[4 * i + 3] / 255.0;
+    for (size_t c = 0; c < 3 && alpha > 0; c++) {
+      double light = alpha * (double)linear[tree->pixels[4 * i + c]] + (1 - alpha) * (double)linear[backdrop->pixels[4 * i + c]];
+      backdrop->pixels[4 * i + c] = a->encoded ? (uint8_t)(light + 0.5) : byte_of(light);
+    }
+  }
+}
+
+// Truth (RGBA, behind the lens) and photographs (opaque RGBA) of a scene.
+static vt_status make_scene(vt_context *context, const arguments *a, const char *name, vt_views *truth, vt_views *photos) {
+  vt_synthetic_desc scene;
+  if (!vt_find_scene(name, &scene)) return vt_fail(context, VT_BAD_USAGE, "%s: no scene and no photograph; try oak", name);
+  scene.width = scene.height = a->size;
+  scene.train_count = a->views, scene.test_count = 0;
+  scene.rig = VT_RIG_RING;
+  if (a->size > 1500) scene.light_path = VT_RASTERISED, scene.supersample = 2;
+  if (scene.light_path == VT_RAY_TRACED && !vt_can_trace_rays()) scene.light_path = VT_RASTERISED;
+  vt_damage_desc lens = vt_default_damage_desc(), sensor = a->damage;
+  lens.blur = sensor.blur, sensor.blur = 0;
+  vt_status status = vt_make_synthetic_views(context, &scene, truth);
+  if (!status) status = make_backdrops(context, a, &scene, truth, photos);
+  if (!status) status = vt_damage_views(context, &lens, truth);
+  for (int i = 0; i < truth->count && !status; i++) put_before(a, &truth->items[i].picture, &photos->items[i].picture);
+  return status ? status : vt_damage_views(context, &sensor, photos);
+}
+
+static vt_status drop_alpha(vt_context *context, const vt_image *rgba, vt_image *out) {
+  vt_status status = vt_make_image(context, rgba->width, rgba->height, 3, out);
+  size_t count = status ? 0 : (size_t)rgba->width * (size_t)rgba->height;
+  for (size_t i = 0; i < count; i++) memcpy(out->pixels + 3 * i, rgba->pixels + 4 * i, 3);
+  return status;
+}
+
+// ---- methods
+
+typedef enum method { OURS, FAST, LINE, GUIDED, GRABCUT, FLOW, METHOD_COUNT } method;
+static const char *const method_names[] = {"ours", "ours, large pictures", "colour line alone", "guided filter", "GrabCut",
+                                           "information flow"};
+
+static vt_status by_peer(vt_context *context, method m, vt_matte_mode mode, const vt_image *rgb, vt_image *out) {
+  vt_image trimap = {0}, alpha = {0};
+  vt_status status = vt_make_trimap(context, mode, rgb, &trimap);
+  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 1, &alpha);
+  if (!status && m == GUIDED) status = vt_peer_guided(context, rgb, &trimap, rgb->width / 200 + 3, 1e-5, &alpha);
+  if (!status && m == GRABCUT) status = vt_peer_grabcut(context, rgb, &trimap, &alpha);
+  if (!status && m == FLOW) status = vt_peer_information_flow(context, rgb, &trimap, &alpha);
+  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out);
+  size_t count = status ? 0 : (size_t)rgb->width * (size_t)rgb->height;
+  for (size_t i = 0; i < count; i++) {
+    memcpy(out->pixels + 4 * i, rgb->pixels + 3 * i, 3);
+    out->pixels[4 * i + 3] = alpha.pixels[i];
+  }
+  vt_free_image(context, &trimap);
+  vt_free_image(context, &alpha);
+  return status ? status : vt_estimate_foreground(context, out);
+}
+
+static vt_status make_matte(vt_context *context, method m, vt_matte_mode mode, const vt_image *rgb, vt_image *out) {
+  if (m == OURS && mode == VT_MATTE_SKY) return vt_matte_sky(context, rgb, "photograph", out);
+  return m <= LINE ? vt_matte_backdrop(context, mode, rgb, "photograph", out) : by_peer(context, m, mode, rgb, out);
+}
+
+// ---- judging
+
+// Sums of true alpha over the rectangle from the corner; [height + 1][width + 1].
+static double *integrate(vt_context *context, const vt_image *truth) {
+  size_t width = (size_t)truth->width, height = (size_t)truth->height;
+  double *sums = VT_NEW(context, double, (width + 1) * (height + 1));
+  if (!sums) return NULL;
+  for (size_t y = 0; y < height; y++) {
+    double row = 0;
+    for (size_t x = 0; x < width; x++) {
+      row += truth->pixels[4 * (y * width + x) + 3] / 255.0;
+      sums[(y + 1) * (width + 1) + x + 1] = sums[y * (width + 1) + x + 1] + row;
+    }
+  }
+  return sums;
+}
+
+static double mean_around(const double *sums, int width, int height, int x, int y, int radius) {
+  int x0 = x > radius ? x - radius : 0, x1 = x + radius + 1 < width ? x + radius + 1 : width;
+  int y0 = y > radius ? y - radius : 0, y1 = y + radius + 1 < height ? y + radius + 1 : height;
+  size_t row = (size_t)width + 1;
+  double sum = sums[(size_t)y1 * row + (size_t)x1] - sums[(size_t)y0 * row + (size_t)x1] - sums[(size_t)y1 * row + (size_t)x0] +
+               sums[(size_t)y0 * row + (size_t)x0];
+  return sum / ((double)(x1 - x0) * (double)(y1 - y0));
+}
+
+static void judge_pixel(const uint8_t *truth, const uint8_t *found, const uint8_t *photo, bool crown, score *s) {
+  double alpha = truth[3] / 255.0, d = found[3] / 255.0 - alpha;
+  s->pixels++, s->square += d * d, s->bias += d;
+  if (alpha < 0.5 && crown) s->holes++, s->holes_found += found[3] < 128;
+  if (alpha <= 0.05 || alpha >= 0.95) return;
+  s->mixed++, s->mixed_square += d * d;
+  if (alpha < 0.1 || alpha > 0.9) return;
+  s->colours++;
+  for (int c = 0; c < 3; c++) {
+    s->colour_error += abs(found[c] - truth[c]) / 3.0;
+    s->naive_error += abs(photo[c] - truth[c]) / 3.0;
+  }
+}
+
+// Below the horizon nothing is judged: what stands there is before a meadow, not before the sky.
+static vt_status judge(vt_context *context, const vt_image *truth, const vt_image *found, const vt_image *photo, int last_row,
+                       score *s) {
+  double *sums = integrate(context, truth);
+  if (!sums) return VT_OUT_OF_MEMORY;
+  for (int y = 0; y < last_row; y++)
+    for (int x = 0; x < truth->width; x++) {
+      size_t p = (size_t)y * (size_t)truth->width + (size_t)x;
+      bool crown = mean_around(sums, truth->width, truth->height, x, y, truth->width / 50 + 2) > 1.0 / 3;
+      judge_pixel(truth->pixels + 4 * p, found->pixels + 4 * p, photo->pixels + 3 * p, crown, s);
+    }
+  vt_free(context, sums);
+  return VT_OK;
+}
+
+// The photograph, the truth and the matte beside each other, the last two over magenta.
+static vt_status show(vt_context *context, const char *path, const vt_image *rgb, const vt_image *truth, const vt_image *found) {
+  vt_image out = {0};
+  vt_status status = vt_make_image(context, rgb->width * (truth ? 3 : 2), rgb->height, 3, &out);
+  const vt_image *parts[2] = {truth ? truth : found, found};
+  for (int y = 0; y < rgb->height && !status; y++)
+    for (int x = 0; x < rgb->width; x++) {
+      size_t p = (size_t)y * (size_t)rgb->width + (size_t)x;
+      uint8_t *to = out.pixels + 3 * ((size_t)y * (size_t)out.width + (size_t)x);
+      memcpy(to, rgb->pixels + 3 * p, 3);
+      for (int k = 0; k < (truth ? 2 : 1); k++) {
+        const uint8_t *from = parts[k]->pixels + 4 * p;
+        to += 3 * rgb->width;
+        for (int c = 0; c < 3; c++) to[c] = (uint8_t)((from[c] * from[3] + (c == 1 ? 40 : 220) * (255 - from[3]) + 127) / 255);
+      }
+    }
+  if (!status) status = vt_write_image(context, path, &out);
+  vt_free_image(context, &out);
+  return status;
+}
+
+static vt_status run_method(vt_context *context, const arguments *a, const char *name, method m, const vt_views *truth,
+                            const vt_views *photos) {
+  score s = {0};
+  vt_status status = VT_OK;
+  for (int i = 0; i < truth->count && !status; i++) {
+    const vt_image *exact = &truth->items[i].picture;
+    vt_image rgb = {0}, found = {0};
+    status = drop_alpha(context, &photos->items[i].picture, &rgb);
+    vt_reset_peak(context);
+    double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
+    if (!status) status = make_matte(context, m, a->studio ? VT_MATTE_BACKDROP : VT_MATTE_SKY, &rgb, &found);
+    s.seconds += vt_cpu_seconds() - start;
+    s.bytes = fmax(s.bytes, (double)vt_peak_bytes(context) - bytes);
+    if (!status) status = judge(context, exact, &found, &rgb, a->horizon ? (int)(0.82 * exact->height) : exact->height, &s);
+    if (!status && a->pictures && i == 0) {
+      char path[4096];
+      snprintf(path, sizeof path, "%s/%s-%d.png", a->pictures, name, (int)m);
+      status = show(context, path, &rgb, exact, &found);
+    }
+    vt_free_image(context, &rgb);
+    vt_free_image(context, &found);
+  }
+  if (!status)
+    printf("%-10s %-20s MSE %.5f  bias %+.4f  mixed %.4f  holes %.3f  colour %4.1f / %4.1f = %.2f  %6.2f s/MP  %5.1f B/px\n", name,
+           method_names[m], s.square / s.pixels, s.bias / s.pixels, s.mixed_square / s.mixed, s.holes_found / s.holes,
+           s.colour_error / s.colours, s.naive_error / s.colours, s.colour_error / s.naive_error,
+           s.seconds / s.pixels * 1e6, s.bytes / s.pixels * truth->count);
+  fflush(stdout);
+  return status;
+}
+
+static vt_status run_scene(vt_context *context, const arguments *a, const char *name) {
+  vt_views truth = {0}, photos = {0};
+  vt_status status = make_scene(context, a, name, &truth, &photos);
+  int last = !vt_has_matte_peers() ? LINE : a->slow ? FLOW : GRABCUT;
+  for (int m = 0; m <= last && !status; m++) status = run_method(context, a, name, (method)m, &truth, &photos);
+  vt_free_views(context, &truth);
+  vt_free_views(context, &photos);
+  return status;
+}
+
+// ---- one photograph
+
+static vt_status run_photograph(vt_context *context, const arguments *a, const char *path) {
+  vt_image picture = {0}, rgb = {0}, found = {0};
+  vt_status status = vt_read_image(context, path, &picture);
+  if (!status && picture.channels == 4) {
+    status = drop_alpha(context, &picture, &rgb);
+  } else {
+    rgb = picture;
+    picture = (vt_image){0};
+  }
+  vt_free_image(context, &picture);
+  double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
+  vt_reset_peak(context);
+  if (!status) status = vt_matte_backdrop(context, a->mode, &rgb, path, &found);
+  double megapixels = (double)rgb.width * rgb.height * 1e-6;
+  if (!status)
+    printf("%s: %.1f megapixels, %.2f s (%.2f a megapixel), %.0f MB beside it (%.1f bytes a pixel)\n", path, megapixels,
+           vt_cpu_seconds() - start, (vt_cpu_seconds() - start) / megapixels, ((double)vt_peak_bytes(context) - bytes) * 1e-6,
+           ((double)vt_peak_bytes(context) - bytes) * 1e-6 / megapixels);
+  if (!status && a->output) status = show(context, a->output, &rgb, NULL, &found);
+  vt_free_image(context, &rgb);
+  vt_free_image(context, &found);
+  return status;
+}
+
+// ---- command line
+
+static bool read_flag(const char *word, arguments *a) {
+  if (!strcmp(word, "--encoded")) a->encoded = true;
+  else if (!strcmp(word, "--slow")) a->slow = true;
+  else if (!strcmp(word, "--sky")) a->mode = VT_MATTE_SKY;
+  else if (!strcmp(word, "--plain")) a->mode = VT_MATTE_BACKDROP;
+  else return false;
+  return true;
+}
+
+static bool read_value(const char *name, const char *value, arguments *a) {
+  if (!strcmp(name, "--size")) a->size = atoi(value);
+  else if (!strcmp(name, "--views")) a->views = atoi(value);
+  else if (!strcmp(name, "--noise")) a->damage.noise = atof(value);
+  else if (!strcmp(name, "--blur")) a->damage.blur = atof(value);
+  else if (!strcmp(name, "--jpeg")) a->damage.jpeg_quality = atoi(value);
+  else if (!strcmp(name, "--pictures")) a->pictures = value;
+  else if (!strcmp(name, "-o")) a->output = value;
+  else if (!strcmp(name, "--backdrop")) {
+    a->horizon = !strcmp(value, "horizon"), a->studio = !strcmp(value, "studio");
+    a->backdrop = a->studio ? VT_BACKDROP_STUDIO : VT_BACKDROP_SKY;
+    return a->horizon || a->studio || !strcmp(value, "sky");
+  } else return false;
+  return a->size >= 8 && a->size <= 8192 && a->views >= 1 && a->views <= 100;
+}
+
+static bool read_arguments(int count, char **words, arguments *a) {
+  *a = (arguments){.size = 800, .views = 2, .backdrop = VT_BACKDROP_SKY, .mode = VT_MATTE_SKY, .damage = vt_default_damage_desc()};
+  a->damage.noise = 0.012, a->damage.blur = 0.7, a->damage.jpeg_quality = 92;
+  for (int i = 1; i < count; i++) {
+    if (words[i][0] != '-') {
+      if (a->scene_count == 16) return false;
+      a->scenes[a->scene_count++] = words[i];
+    } else if (!read_flag(words[i], a)) {
+      if (i + 1 == count || !read_value(words[i], words[i + 1], a)) return false;
+      i++;
+    }
+  }
+  static const char *const usual[] = {"small_oak", "oak", "pine", "birch"};
+  for (size_t i = 0; !a->scene_count && i < 4; i++) a->scenes[i] = usual[i];
+  if (!a->scene_count) a->scene_count = 4;
+  return true;
+}
+
+int main(int count, char **words) {
+  arguments a;
+  if (!read_arguments(count, words, &a)) {
+    fprintf(stderr, "bench_matte [SCENE...] [--backdrop sky|horizon|studio] [--size N] [--views N] [--noise X] [--blur X] [--jpeg Q] "
+                    "[--encoded] [--slow] [--pictures DIR]\nbench_matte PHOTO [--sky|--plain] [-o OUT.png]\n");
+    return VT_BAD_USAGE;
+  }
+  vt_context_desc desc = vt_default_context_desc();
+  desc.log_level = getenv("VT_VERBOSE") ? VT_LOG_VERBOSE : VT_LOG_QUIET;
+  vt_context *context = vt_create_context(&desc);
+  vt_status status = context ? VT_OK : VT_OUT_OF_MEMORY;
+  for (int i = 0; i < a.scene_count && !status; i++)
+    status = vt_is_image_name(a.scenes[i]) ? run_photograph(context, &a, a.scenes[i]) : run_scene(context, &a, a.scenes[i]);
+  if (status && context) fprintf(stderr, "bench_matte: %s\n", vt_last_error(context));
+  vt_destroy_context(context);
+  return (int)status;
+}
