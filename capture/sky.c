@@ -34,6 +34,7 @@
 #define FEW 1e-6      // share of the picture below which a spot is a speck
 #define UNMIXED 0.86f // lowest possible alpha from which a pixel's colour is the tree's
 #define RIDGE 0.05f   // lambda
+#define STRANGE 16.0f // r^2 from which a pixel is rather all tree, of a colour that the palette has not
 enum { SKY = VT_PART_NONE, GROUND = 8 };
 
 typedef struct sky_matte {
@@ -137,6 +138,9 @@ static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const 
     weights += w, alpha += w * a;
     for (int c = 0; c < 3; c++) sum[c] += w * cell->light[k][c];
   }
+  float strange = expf(-0.5f * STRANGE);
+  weights += strange, alpha += strange;
+  for (int c = 0; c < 3; c++) sum[c] += strange * m->linear[pixel[c]];
   alpha = fmaxf(alpha / weights, least);
   for (int c = 0; c < 3; c++) {
     float palette = sum[c] / weights, rest = m->linear[pixel[c]] - (1 - alpha) * b[c] - alpha * palette;

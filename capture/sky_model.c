@@ -23,6 +23,7 @@
 #include <string.h>
 
 enum { LEVELS = 12, HOLE_ROUNDS = 3, MOMENTS = 10, ENOUGH = 48, FEWEST = 3 }; // ENOUGH, FEWEST: pixels of sky
+enum { BINS = 16, DEEP = 2 }; // BINS along each channel; DEEP: levels of windows that look out of the crown
 #define SMOOTH 2.5f    // times the noise: how much the pixels of a smooth tile vary
 #define STEP 30.0f     // levels by which neighbouring tiles of clouds may differ
 #define DARKEST 0.3f   // of the brightest tiles: darker is no sky
@@ -149,21 +150,55 @@ static vt_status find_free_sky(vt_context *context, const vt_image *rgb, vt_sky 
 
 // ---- 2: sky behind the tree
 
+static int bin_of(const uint8_t *p) {
+  return (p[0] * BINS / 256 * BINS + p[1] * BINS / 256) * BINS + p[2] * BINS / 256;
+}
+
+// Which colours the free sky has anywhere: bins of encoded colours.
+static void collect_colours(const vt_image *rgb, const vt_sky *sky, uint8_t bins[BINS * BINS * BINS]) {
+  static const int count = BINS * BINS * BINS;
+  uint8_t seen[BINS * BINS * BINS] = {0};
+  for (int row = 0; row < sky->rows; row++)
+    for (int column = 0; column < sky->columns; column++) {
+      if (!sky->tiles[(size_t)row * (size_t)sky->columns + (size_t)column].pixels) continue;
+      FOR_TILE(sky, rgb, column, row, p) {
+        uint8_t *bin = &seen[bin_of(p)];
+        if (*bin < 255) ++*bin;
+      }
+    }
+  for (int i = 0; i < count; i++) bins[i] = seen[i] >= 20;
+}
+
 static void add_pixel(moments *to, const uint8_t *p) {
   float r = p[0], g = p[1], b = p[2], one[MOMENTS] = {1, r, g, b, r * r, r * g, r * b, g * g, g * b, b * b};
   for (int k = 0; k < MOMENTS; k++) to->m[k] += one[k];
 }
 
+// A hole far from all sky that is known: of the pixels whose colours the sky has somewhere, the bluest, since what is mixed
+// with leaves has less blue. Their least blue; 256 where there are none.
+static int least_blue(const vt_image *rgb, const vt_sky *sky, int column, int row, const uint8_t *bins) {
+  int most = 0;
+  for (int j = row > 0 ? row - 1 : 0; j <= row + 1 && j < sky->rows; j++)
+    for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < sky->columns; i++)
+      FOR_TILE(sky, rgb, i, j, p) {
+        if (p[2] > most && bins[bin_of(p)]) most = p[2];
+      }
+  return most ? most - (int)(2.5f * sky->noise) - 2 : 256;
+}
+
 // Moments of the sky's pixels in each tile: all of a tile of free sky, and in the others what the model explains.
-static void gather(const vt_image *rgb, vt_sky *sky, bool first, moments *cells) {
+static void gather(const vt_image *rgb, vt_sky *sky, bool first, const uint8_t *bins, moments *cells) {
   for (int row = 0; row < sky->rows; row++)
     for (int column = 0; column < sky->columns; column++) {
       size_t i = (size_t)row * (size_t)sky->columns + (size_t)column;
       vt_sky_tile *tile = &sky->tiles[i];
       cells[i] = (moments){{0}};
       if (first && !tile->pixels) continue;
+      int blue = !first && tile->window >= DEEP ? least_blue(rgb, sky, column, row, bins) : 256;
       FOR_TILE(sky, rgb, column, row, p) {
-        if (first || vt_sky_distance(sky, p, x_, y_) < NEAR) add_pixel(&cells[i], p);
+        bool is_sky = first || vt_sky_distance(sky, p, x_, y_) < NEAR ||
+                      (p[2] >= blue && bins[bin_of(p)]);
+        if (is_sky) add_pixel(&cells[i], p);
       }
       if (cells[i].m[0] < FEWEST) cells[i] = (moments){{0}};
       tile->pixels = (int)cells[i].m[0];
@@ -197,16 +232,27 @@ static void invert(const double s[6], float inverse[6]) {
   for (int k = 0; k < 6; k++) inverse[k] = (float)(all[k] * f);
 }
 
-static void set_covariance(const vt_sky *sky, const moments *w, vt_sky_tile *tile) {
+// The covariance of the free sky in a window, times `scale`, above that of noise.
+static void set_covariance(const vt_sky *sky, const moments *w, double scale, vt_sky_tile *tile) {
   double n = fmax((double)w->m[0], 1), s[6], floor = (double)(sky->noise * sky->noise + SLACK * SLACK);
   for (int i = 0, k = 0; i < 3; i++)
     for (int j = i; j < 3; j++, k++)
-      s[k] = (double)w->m[4 + k] / n - (double)w->m[1 + i] / n * (double)w->m[1 + j] / n + (i == j ? floor : 0);
+      s[k] = scale * ((double)w->m[4 + k] / n - (double)w->m[1 + i] / n * (double)w->m[1 + j] / n) + (i == j ? floor : 0);
   invert(s, tile->inverse);
 }
 
-// Means and covariances of all tiles from the moments of the known ones.
-static vt_status model_tiles(vt_context *context, vt_sky *sky, level levels[LEVELS], int level_count) {
+// The smallest window around a tile that holds enough sky: its level, and its moments.
+static int look_around(const level levels[LEVELS], int level_count, int column, int row, moments *w) {
+  int l = 0;
+  *w = window_of(&levels[0], column, row);
+  while (w->m[0] < ENOUGH && l + 1 < level_count) l++, *w = window_of(&levels[l], column >> l, row >> l);
+  return l;
+}
+
+// Means and covariances of all tiles from the moments of the known ones. Covariances are those of the free sky: pixels
+// in holes were chosen by them. Where a hole tells the mean near by, the window of free sky is wider than what
+// is asked, and a sky varies by about the root of the distance.
+static vt_status model_tiles(vt_context *context, vt_sky *sky, const level free_sky[LEVELS], level levels[LEVELS], int level_count) {
   size_t count = (size_t)sky->columns * (size_t)sky->rows;
   vt_image means = {0}, filled = {0};
   uint8_t *known = VT_NEW(context, uint8_t, count);
@@ -217,16 +263,16 @@ static vt_status model_tiles(vt_context *context, vt_sky *sky, level levels[LEVE
     for (size_t c = 0; c < 3 && known[i]; c++) means.pixels[3 * i + c] = (uint8_t)(m[1 + c] / m[0] + 0.5f);
   }
   if (!status) status = vt_spread_colours(context, &means, known, &filled);
-  for (int l = 1; l < level_count; l++) sum_up(&levels[l - 1], &levels[l]);
   for (int row = 0; row < sky->rows && !status; row++)
     for (int column = 0; column < sky->columns; column++) {
       size_t i = (size_t)row * (size_t)sky->columns + (size_t)column;
       const float *m = levels[0].cells[i].m;
       for (size_t c = 0; c < 3; c++)
         sky->tiles[i].mean[c] = known[i] ? m[1 + c] / m[0] : (float)filled.pixels[3 * i + c];
-      moments w = window_of(&levels[0], column, row);
-      for (int l = 1; l < level_count && w.m[0] < ENOUGH; l++) w = window_of(&levels[l], column >> l, row >> l);
-      set_covariance(sky, &w, &sky->tiles[i]);
+      moments w;
+      int near = look_around(levels, level_count, column, row, &w), far = look_around(free_sky, level_count, column, row, &w);
+      sky->tiles[i].window = (uint8_t)near;
+      set_covariance(sky, &w, exp2(near - far), &sky->tiles[i]);
     }
   vt_free(context, known);
   vt_free_image(context, &means);
@@ -234,20 +280,34 @@ static vt_status model_tiles(vt_context *context, vt_sky *sky, level levels[LEVE
   return status;
 }
 
-static vt_status find_holes(vt_context *context, const vt_image *rgb, vt_sky *sky) {
-  level levels[LEVELS] = {{0}};
-  int count = 0;
-  vt_status status = VT_OK;
-  for (int w = sky->columns, h = sky->rows; count < LEVELS && !status; w = (w + 1) / 2, h = (h + 1) / 2) {
-    levels[count] = (level){w, h, VT_NEW(context, moments, (size_t)w *(size_t)h)};
-    if (!levels[count++].cells) status = VT_OUT_OF_MEMORY;
+static vt_status make_levels(vt_context *context, const vt_sky *sky, level levels[LEVELS], int *count) {
+  *count = 0;
+  for (int w = sky->columns, h = sky->rows; *count < LEVELS; w = (w + 1) / 2, h = (h + 1) / 2) {
+    levels[*count] = (level){w, h, VT_NEW(context, moments, (size_t)w *(size_t)h)};
+    if (!levels[(*count)++].cells) return VT_OUT_OF_MEMORY;
     if (w == 1 && h == 1) break;
   }
+  return VT_OK;
+}
+
+static vt_status find_holes(vt_context *context, const vt_image *rgb, vt_sky *sky) {
+  level levels[LEVELS] = {{0}}, free_sky[LEVELS] = {{0}};
+  int count = 0;
+  uint8_t bins[BINS * BINS * BINS];
+  collect_colours(rgb, sky, bins);
+  vt_status status = make_levels(context, sky, free_sky, &count);
+  if (!status) status = make_levels(context, sky, levels, &count);
   for (int round = 0; round <= HOLE_ROUNDS && !status; round++) {
-    gather(rgb, sky, round == 0, levels[0].cells);
-    status = model_tiles(context, sky, levels, count);
+    gather(rgb, sky, round == 0, bins, levels[0].cells);
+    for (int l = 1; l < count; l++) sum_up(&levels[l - 1], &levels[l]);
+    for (int l = 0; l < count && round == 0; l++)
+      memcpy(free_sky[l].cells, levels[l].cells, (size_t)levels[l].width * (size_t)levels[l].height * sizeof(moments));
+    status = model_tiles(context, sky, free_sky, levels, count);
   }
-  for (int l = 0; l < LEVELS; l++) vt_free(context, levels[l].cells);
+  for (int l = 0; l < LEVELS; l++) {
+    vt_free(context, levels[l].cells);
+    vt_free(context, free_sky[l].cells);
+  }
   return status;
 }
 
