@@ -194,21 +194,25 @@ static vt_status judge(vt_context *context, const vt_image *truth, const vt_imag
   return VT_OK;
 }
 
-// The photograph, the truth and the matte beside each other, the last two over magenta.
+// The photograph, the truth and the matte over magenta, and the error of alpha: red where it is too high, blue where it is
+// too low.
 static vt_status show(vt_context *context, const char *path, const vt_image *rgb, const vt_image *truth, const vt_image *found) {
   vt_image out = {0};
-  vt_status status = vt_make_image(context, rgb->width * (truth ? 3 : 2), rgb->height, 3, &out);
-  const vt_image *parts[2] = {truth ? truth : found, found};
+  vt_status status = vt_make_image(context, rgb->width * (truth ? 4 : 2), rgb->height, 3, &out);
   for (int y = 0; y < rgb->height && !status; y++)
     for (int x = 0; x < rgb->width; x++) {
-      size_t p = (size_t)y * (size_t)rgb->width + (size_t)x;
+      size_t p = (size_t)y * (size_t)rgb->width + (size_t)x, panel = 3 * (size_t)rgb->width;
       uint8_t *to = out.pixels + 3 * ((size_t)y * (size_t)out.width + (size_t)x);
       memcpy(to, rgb->pixels + 3 * p, 3);
-      for (int k = 0; k < (truth ? 2 : 1); k++) {
-        const uint8_t *from = parts[k]->pixels + 4 * p;
-        to += 3 * rgb->width;
+      for (int k = truth ? 0 : 1; k < 2; k++) {
+        const uint8_t *from = (k ? found : truth)->pixels + 4 * p;
+        to += panel;
         for (int c = 0; c < 3; c++) to[c] = (uint8_t)((from[c] * from[3] + (c == 1 ? 40 : 220) * (255 - from[3]) + 127) / 255);
       }
+      if (!truth) continue;
+      int d = found->pixels[4 * p + 3] - truth->pixels[4 * p + 3];
+      to += panel;
+      to[0] = (uint8_t)(d > 0 ? 255 : 255 + d), to[1] = (uint8_t)(255 - abs(d)), to[2] = (uint8_t)(d < 0 ? 255 : 255 - d);
     }
   if (!status) status = vt_write_image(context, path, &out);
   vt_free_image(context, &out);

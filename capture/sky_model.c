@@ -19,6 +19,7 @@
 // resembles the rest; white blossoms before a white sky, or a glossy leaf that mirrors it, are taken for sky.
 #include "capture/sky_model.h"
 #include "capture/spread.h"
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -174,16 +175,21 @@ static void add_pixel(moments *to, const uint8_t *p) {
   for (int k = 0; k < MOMENTS; k++) to->m[k] += one[k];
 }
 
-// A hole far from all sky that is known: of the pixels whose colours the sky has somewhere, the bluest, since what is mixed
-// with leaves has less blue. Their least blue; 256 where there are none.
-static int least_blue(const vt_image *rgb, const vt_sky *sky, int column, int row, const uint8_t *bins) {
-  int most = 0;
+// How much a colour is a sky's and not mixed with a leaf's or a twig's, which take blue away first.
+static int blueness(const uint8_t *p) {
+  return 2 * p[2] - (p[0] + p[1]) / 2;
+}
+
+// A hole far from all sky that is known: of the pixels whose colours the sky has somewhere, the bluest. How blue they are at
+// least; INT_MAX where there are none.
+static int least_blueness(const vt_image *rgb, const vt_sky *sky, int column, int row, const uint8_t *bins) {
+  int most = INT_MIN;
   for (int j = row > 0 ? row - 1 : 0; j <= row + 1 && j < sky->rows; j++)
     for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < sky->columns; i++)
       FOR_TILE(sky, rgb, i, j, p) {
-        if (p[2] > most && bins[bin_of(p)]) most = p[2];
+        if (blueness(p) > most && bins[bin_of(p)]) most = blueness(p);
       }
-  return most ? most - (int)(2.5f * sky->noise) - 2 : 256;
+  return most > INT_MIN ? most - (int)(5 * sky->noise) - 4 : INT_MAX;
 }
 
 // Moments of the sky's pixels in each tile: all of a tile of free sky, and in the others what the model explains.
@@ -194,10 +200,10 @@ static void gather(const vt_image *rgb, vt_sky *sky, bool first, const uint8_t *
       vt_sky_tile *tile = &sky->tiles[i];
       cells[i] = (moments){{0}};
       if (first && !tile->pixels) continue;
-      int blue = !first && tile->window >= DEEP ? least_blue(rgb, sky, column, row, bins) : 256;
+      bool deep = tile->window >= DEEP;
+      int least = deep ? least_blueness(rgb, sky, column, row, bins) : INT_MIN;
       FOR_TILE(sky, rgb, column, row, p) {
-        bool is_sky = first || vt_sky_distance(sky, p, x_, y_) < NEAR ||
-                      (p[2] >= blue && bins[bin_of(p)]);
+        bool is_sky = first || (blueness(p) >= least && ((deep && bins[bin_of(p)]) || vt_sky_distance(sky, p, x_, y_) < NEAR));
         if (is_sky) add_pixel(&cells[i], p);
       }
       if (cells[i].m[0] < FEWEST) cells[i] = (moments){{0}};
@@ -271,7 +277,7 @@ static vt_status model_tiles(vt_context *context, vt_sky *sky, const level free_
         sky->tiles[i].mean[c] = known[i] ? m[1 + c] / m[0] : (float)filled.pixels[3 * i + c];
       moments w;
       int near = look_around(levels, level_count, column, row, &w), far = look_around(free_sky, level_count, column, row, &w);
-      sky->tiles[i].window = (uint8_t)near;
+      sky->tiles[i].window = (uint8_t)far;
       set_covariance(sky, &w, exp2(near - far), &sky->tiles[i]);
     }
   vt_free(context, known);

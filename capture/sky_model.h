@@ -13,7 +13,7 @@ typedef struct vt_sky_tile {
   float mean[3];    // colour, 0..255
   float inverse[6]; // of its covariance: xx xy xz yy yz zz
   int pixels;       // of this tile that are sky
-  uint8_t window;   // the model is drawn from three by three squares of 2^window tiles
+  uint8_t window;   // three by three squares of 2^window tiles around it hold enough sky that is free of the tree
 } vt_sky_tile;
 
 typedef struct vt_sky {
