@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 //   build/bench/bench/bench_matte [SCENE...] [--backdrop sky|horizon|studio] [--size N] [--views N] [--noise X] [--blur X]
-//                                 [--jpeg Q] [--encoded] [--slow] [--pictures DIR]
+//                                 [--jpeg Q] [--encoded] [--slow] [--ours] [--pictures DIR]
 //   build/bench/bench/bench_matte PHOTO [--sky|--plain] [-o OUT.png]
 //
 // A tree with exact alpha is laid before a backdrop as light adds up, in linear light (--encoded: as sRGB values), seen
@@ -10,7 +10,8 @@
 // behind the same blur. Printed for each method: mean squared error and bias of alpha over the whole picture, the error
 // where truth is mixed, the share of holes found (pixels with true alpha below 1/2 where the crown around covers a
 // third), the error of colours where truth is mixed over that of the photograph's own, processor seconds a megapixel and
-// the highest memory of ours a pixel. --slow adds information flow, which takes minutes a megapixel.
+// the highest memory of ours a pixel. --slow adds information flow, which takes
+// minutes a megapixel; --ours leaves out all others.
 
 #include "base/image_file.h"
 #include "bench/matte_peers.h"
@@ -24,8 +25,7 @@ typedef struct arguments {
   const char *scenes[16], *output, *pictures;
   int scene_count, size, views;
   vt_backdrop backdrop;
-  bool horizon, encoded, slow, studio;
-  vt_matte_mode mode; // of one photograph
+  bool horizon, encoded, slow, alone, studio, sky; // sky: behind one photograph
   vt_damage_desc damage;
 } arguments;
 
@@ -110,31 +110,52 @@ static vt_status drop_alpha(vt_context *context, const vt_image *rgba, vt_image 
 
 // ---- methods
 
-typedef enum method { OURS, FAST, LINE, GUIDED, GRABCUT, FLOW, METHOD_COUNT } method;
-static const char *const method_names[] = {"ours", "ours, large pictures", "colour line alone", "guided filter", "GrabCut",
-                                           "information flow"};
+typedef enum method { OURS, CUT, AS_BACKDROP, REFINED, GUIDED, GRABCUT, FLOW } method;
+static const char *const method_names[] = {"ours",          "the cut alone", "as plain backdrop", "ours, guided filter",
+                                           "guided filter", "GrabCut",       "information flow"};
 
-static vt_status by_peer(vt_context *context, method m, vt_matte_mode mode, const vt_image *rgb, vt_image *out) {
-  vt_image trimap = {0}, alpha = {0};
-  vt_status status = vt_make_trimap(context, mode, rgb, &trimap);
-  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 1, &alpha);
-  if (!status && m == GUIDED) status = vt_peer_guided(context, rgb, &trimap, rgb->width / 200 + 3, 1e-5, &alpha);
-  if (!status && m == GRABCUT) status = vt_peer_grabcut(context, rgb, &trimap, &alpha);
-  if (!status && m == FLOW) status = vt_peer_information_flow(context, rgb, &trimap, &alpha);
-  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out);
-  size_t count = status ? 0 : (size_t)rgb->width * (size_t)rgb->height;
-  for (size_t i = 0; i < count; i++) {
+static vt_status ours(vt_context *context, bool sky, const vt_image *rgb, vt_image *out) {
+  return sky ? vt_matte_sky(context, rgb, "photograph", out) : vt_matte_backdrop(context, rgb, "photograph", out);
+}
+
+// `alpha`, the picture's size, from what is certain and what others make of it.
+static vt_status by_peer(vt_context *context, method m, bool sky, const vt_image *rgb, vt_image *alpha) {
+  vt_image trimap = {0}, start = {0};
+  size_t count = (size_t)rgb->width * (size_t)rgb->height;
+  vt_status status = sky ? vt_cut_sky(context, rgb, &trimap) : vt_cut_backdrop(context, rgb, &trimap);
+  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 1, &start);
+  for (size_t i = 0; i < count && !status; i++) start.pixels[i] = trimap.pixels[i] ? 255 : 0;
+  if (!status && m == CUT) memcpy(alpha->pixels, start.pixels, count);
+  if (!status && m == GUIDED) status = vt_peer_guided(context, rgb, &start, rgb->width / 200 + 3, 1e-5, alpha);
+  if (!status && m == GRABCUT) status = vt_peer_grabcut(context, rgb, &trimap, alpha);
+  if (!status && m == FLOW) status = vt_peer_information_flow(context, rgb, &trimap, alpha);
+  vt_free_image(context, &trimap);
+  vt_free_image(context, &start);
+  return status;
+}
+
+static vt_status make_matte(vt_context *context, method m, bool sky, const vt_image *rgb, vt_image *out) {
+  if (m == OURS) return ours(context, sky, rgb, out);
+  if (m == AS_BACKDROP) return vt_matte_backdrop(context, rgb, "photograph", out);
+  vt_image alpha = {0}, start = {0};
+  size_t count = (size_t)rgb->width * (size_t)rgb->height;
+  vt_status status = vt_make_image(context, rgb->width, rgb->height, 1, &alpha);
+  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 1, &start);
+  if (!status && m == REFINED) {
+    status = ours(context, sky, rgb, out);
+    for (size_t i = 0; i < count && !status; i++) start.pixels[i] = out->pixels[4 * i + 3];
+    if (!status) status = vt_peer_guided(context, rgb, &start, 2, 1e-4, &alpha);
+  } else if (!status) {
+    status = by_peer(context, m, sky, rgb, &alpha);
+    if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out);
+  }
+  for (size_t i = 0; i < count && !status; i++) {
     memcpy(out->pixels + 4 * i, rgb->pixels + 3 * i, 3);
     out->pixels[4 * i + 3] = alpha.pixels[i];
   }
-  vt_free_image(context, &trimap);
   vt_free_image(context, &alpha);
+  vt_free_image(context, &start);
   return status ? status : vt_estimate_foreground(context, out);
-}
-
-static vt_status make_matte(vt_context *context, method m, vt_matte_mode mode, const vt_image *rgb, vt_image *out) {
-  if (m == OURS && mode == VT_MATTE_SKY) return vt_matte_sky(context, rgb, "photograph", out);
-  return m <= LINE ? vt_matte_backdrop(context, mode, rgb, "photograph", out) : by_peer(context, m, mode, rgb, out);
 }
 
 // ---- judging
@@ -229,7 +250,7 @@ static vt_status run_method(vt_context *context, const arguments *a, const char 
     status = drop_alpha(context, &photos->items[i].picture, &rgb);
     vt_reset_peak(context);
     double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
-    if (!status) status = make_matte(context, m, a->studio ? VT_MATTE_BACKDROP : VT_MATTE_SKY, &rgb, &found);
+    if (!status) status = make_matte(context, m, !a->studio, &rgb, &found);
     s.seconds += vt_cpu_seconds() - start;
     s.bytes = fmax(s.bytes, (double)vt_peak_bytes(context) - bytes);
     if (!status) status = judge(context, exact, &found, &rgb, a->horizon ? (int)(0.82 * exact->height) : exact->height, &s);
@@ -254,9 +275,9 @@ static vt_status run_method(vt_context *context, const arguments *a, const char 
 static vt_status run_scene(vt_context *context, const arguments *a, const char *name) {
   vt_views truth = {0}, photos = {0};
   vt_status status = make_scene(context, a, name, &truth, &photos);
-  int last = !vt_has_matte_peers() ? LINE : a->slow ? FLOW : GRABCUT;
-  if (getenv("OURS")) last = OURS;
-  for (int m = 0; m <= last && !status; m++) status = run_method(context, a, name, (method)m, &truth, &photos);
+  int last = a->alone ? OURS : !vt_has_matte_peers() ? AS_BACKDROP : a->slow ? FLOW : GRABCUT;
+  for (int m = 0; m <= last && !status; m++)
+    if (m != AS_BACKDROP || !a->studio) status = run_method(context, a, name, (method)m, &truth, &photos);
   vt_free_views(context, &truth);
   vt_free_views(context, &photos);
   return status;
@@ -276,7 +297,7 @@ static vt_status run_photograph(vt_context *context, const arguments *a, const c
   vt_free_image(context, &picture);
   double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
   vt_reset_peak(context);
-  if (!status) status = vt_matte_backdrop(context, a->mode, &rgb, path, &found);
+  if (!status) status = ours(context, a->sky, &rgb, &found);
   double megapixels = (double)rgb.width * rgb.height * 1e-6;
   if (!status)
     printf("%s: %.1f megapixels, %.2f s (%.2f a megapixel), %.0f MB beside it (%.1f bytes a pixel)\n", path, megapixels,
@@ -293,8 +314,9 @@ static vt_status run_photograph(vt_context *context, const arguments *a, const c
 static bool read_flag(const char *word, arguments *a) {
   if (!strcmp(word, "--encoded")) a->encoded = true;
   else if (!strcmp(word, "--slow")) a->slow = true;
-  else if (!strcmp(word, "--sky")) a->mode = VT_MATTE_SKY;
-  else if (!strcmp(word, "--plain")) a->mode = VT_MATTE_BACKDROP;
+  else if (!strcmp(word, "--ours")) a->alone = true;
+  else if (!strcmp(word, "--sky")) a->sky = true;
+  else if (!strcmp(word, "--plain")) a->sky = false;
   else return false;
   return true;
 }
@@ -316,7 +338,7 @@ static bool read_value(const char *name, const char *value, arguments *a) {
 }
 
 static bool read_arguments(int count, char **words, arguments *a) {
-  *a = (arguments){.size = 800, .views = 2, .backdrop = VT_BACKDROP_SKY, .mode = VT_MATTE_SKY, .damage = vt_default_damage_desc()};
+  *a = (arguments){.size = 800, .views = 2, .backdrop = VT_BACKDROP_SKY, .sky = true, .damage = vt_default_damage_desc()};
   a->damage.noise = 0.012, a->damage.blur = 0.7, a->damage.jpeg_quality = 92;
   for (int i = 1; i < count; i++) {
     if (words[i][0] != '-') {
@@ -337,7 +359,7 @@ int main(int count, char **words) {
   arguments a;
   if (!read_arguments(count, words, &a)) {
     fprintf(stderr, "bench_matte [SCENE...] [--backdrop sky|horizon|studio] [--size N] [--views N] [--noise X] [--blur X] [--jpeg Q] "
-                    "[--encoded] [--slow] [--pictures DIR]\nbench_matte PHOTO [--sky|--plain] [-o OUT.png]\n");
+                    "[--encoded] [--slow] [--ours] [--pictures DIR]\nbench_matte PHOTO [--sky|--plain] [-o OUT.png]\n");
     return VT_BAD_USAGE;
   }
   vt_context_desc desc = vt_default_context_desc();

@@ -10,9 +10,9 @@ bool vt_has_matte_peers(void) {
   return false;
 }
 
-vt_status vt_peer_guided(vt_context *context, const vt_image *rgb, const vt_image *trimap, int radius, double epsilon,
+vt_status vt_peer_guided(vt_context *context, const vt_image *rgb, const vt_image *start, int radius, double epsilon,
                          vt_image *alpha) {
-  (void)rgb, (void)trimap, (void)radius, (void)epsilon, (void)alpha;
+  (void)rgb, (void)start, (void)radius, (void)epsilon, (void)alpha;
   return refuse(context);
 }
 

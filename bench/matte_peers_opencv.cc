@@ -36,13 +36,12 @@ template <class Work> vt_status guarded(vt_context *context, Work work) { // an 
 
 bool vt_has_matte_peers(void) { return true; }
 
-vt_status vt_peer_guided(vt_context *context, const vt_image *rgb, const vt_image *trimap, int radius, double epsilon,
+vt_status vt_peer_guided(vt_context *context, const vt_image *rgb, const vt_image *start, int radius, double epsilon,
                          vt_image *alpha) {
   return guarded(context, [&] {
     cv::Mat guide, mask, out;
     mat_of(rgb).convertTo(guide, CV_32F, 1 / 255.0);
-    mat_of(trimap).convertTo(mask, CV_32F, 1 / 255.0);
-    cv::threshold(mask, mask, 0.4, 1, cv::THRESH_BINARY);
+    mat_of(start).convertTo(mask, CV_32F, 1 / 255.0);
     cv::ximgproc::guidedFilter(guide, mask, out, radius, epsilon);
     take(out, alpha);
   });

@@ -1,4 +1,4 @@
-// backdrop.c - alpha of a plant before a plain backdrop or a sky
+// backdrop.c - alpha of a plant before a plain backdrop
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // 1. backdrop_model.c says how far, in standard deviations, each pixel is from the backdrop around it.
@@ -236,7 +236,7 @@ static void show_trimap(vt_context *context, const matte *m, const char *name) {
   vt_free_fimage(context, &image);
 }
 
-static vt_status make_matte(vt_context *context, const vt_matte_mode mode, const vt_image *rgb, matte *m) {
+static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) {
   m->rgb = rgb;
   m->width = rgb->width;
   m->height = rgb->height;
@@ -248,7 +248,7 @@ static vt_status make_matte(vt_context *context, const vt_matte_mode mode, const
   m->scratch = VT_NEW(context, uint8_t, m->count);
   if (!m->distance || !m->trimap || !m->contrast || !m->mask || !m->scratch) return VT_OUT_OF_MEMORY;
   vt_backdrop backdrop;
-  vt_status status = vt_model_backdrop(context, mode, rgb, &backdrop);
+  vt_status status = vt_model_backdrop(context, rgb, &backdrop);
   if (status != VT_OK) return status;
   measure(&backdrop, m);
   vt_free_backdrop(context, &backdrop);
@@ -267,9 +267,9 @@ static void free_matte(vt_context *context, matte *m) {
   vt_free(context, m->scratch);
 }
 
-vt_status vt_make_trimap(vt_context *context, vt_matte_mode mode, const vt_image *rgb, vt_image *out) {
+vt_status vt_cut_backdrop(vt_context *context, const vt_image *rgb, vt_image *out) {
   matte m = {0};
-  vt_status status = make_matte(context, mode, rgb, &m);
+  vt_status status = make_matte(context, rgb, &m);
   if (status == VT_OK) status = vt_make_image(context, rgb->width, rgb->height, 1, out);
   for (size_t i = 0; status == VT_OK && i < m.count; i++)
     out->pixels[i] = m.trimap[i] == BACKDROP ? 0 : m.trimap[i] == CORE ? 255 : 128;
@@ -277,14 +277,13 @@ vt_status vt_make_trimap(vt_context *context, vt_matte_mode mode, const vt_image
   return status;
 }
 
-vt_status vt_matte_backdrop(vt_context *context, vt_matte_mode mode, const vt_image *rgb, const char *name,
-                            vt_image *out_rgba) {
+vt_status vt_matte_backdrop(vt_context *context, const vt_image *rgb, const char *name, vt_image *out_rgba) {
   VT_ASSERT(rgb->channels == 3 && rgb->width > 0 && rgb->height > 0);
   VT_ASSERT((uint64_t)rgb->width * (uint64_t)rgb->height < UINT32_MAX);
   memset(out_rgba, 0, sizeof *out_rgba);
   matte m = {0};
   vt_image b = {0}, f = {0};
-  vt_status status = make_matte(context, mode, rgb, &m);
+  vt_status status = make_matte(context, rgb, &m);
   if (status != VT_OK) goto done;
   if (vt_wants_probes(context)) show_trimap(context, &m, name);
   status = spread_backdrop(context, &m, &b);

@@ -32,14 +32,14 @@
 #define DOUBTFUL 3.0f // standard deviations from which a pixel that hangs on the tree is no sky
 #define SURE 6.0f     // from which a pixel is tree
 #define FEW 1e-6      // share of the picture below which a spot is a speck
-#define UNMIXED 0.86f // lowest possible alpha from which a pixel's colour is the tree's
+#define UNMIXED 0.9f // lowest possible alpha from which a pixel's colour is the tree's
 #define RIDGE 0.05f   // lambda
 #define STRANGE 16.0f // r^2 from which a pixel is rather all tree, of a colour that the palette has not
-enum { SKY = VT_PART_NONE, GROUND = 8 };
+enum { SKY = VT_PART_NONE };
 
 typedef struct sky_matte {
   const vt_image *rgb;
-  const vt_sky *sky;
+  vt_sky sky;
   int width, height;
   size_t count;
   uint8_t *strength; // [height][width] distance from the sky, STEPS per standard deviation; later alpha
@@ -50,7 +50,7 @@ typedef struct sky_matte {
 
 static void fill_tables(sky_matte *m) {
   vt_fill_srgb_table(m->linear);
-  float noise = m->sky->noise + 1;
+  float noise = m->sky.noise + 1;
   for (int i = 0; i < 256; i++) {
     int low = i > 0 ? i - 1 : 0, high = i < 255 ? i + 1 : 255;
     float slope = (m->linear[high] - m->linear[low]) / (float)(high - low) * noise;
@@ -67,7 +67,7 @@ static float linear_of(const sky_matte *m, float level) {
 
 static void light_behind(const sky_matte *m, int x, int y, float light[3]) {
   float level[3];
-  vt_sky_colour(m->sky, x, y, level);
+  vt_sky_colour(&m->sky, x, y, level);
   for (int c = 0; c < 3; c++) light[c] = linear_of(m, level[c]);
 }
 
@@ -85,12 +85,16 @@ static float lowest_alpha(const sky_matte *m, const uint8_t *pixel, const float 
 
 // Tree, sky, and what is a speck.
 static vt_status cut(vt_context *context, sky_matte *m) {
+  if (!(m->sky.share > 0)) {
+    memset(m->parts, VT_PART_SURE, m->count);
+    return VT_OK;
+  }
   for (int y = 0; y < m->height; y++)
     for (int x = 0; x < m->width; x++) {
       size_t p = (size_t)y * (size_t)m->width + (size_t)x;
-      m->strength[p] = (uint8_t)(STEPS * vt_sky_distance(m->sky, m->rgb->pixels + 3 * p, x, y));
+      m->strength[p] = (uint8_t)(STEPS * vt_sky_distance(&m->sky, m->rgb->pixels + 3 * p, x, y));
     }
-  vt_status status = vt_cut_ground(context, m->sky, m->rgb, (uint8_t)(SURE * STEPS), m->strength);
+  vt_status status = vt_cut_ground(context, &m->sky, m->rgb, (uint8_t)(SURE * STEPS), m->strength);
   if (status) return status;
   status = vt_find_parts(context, m->width, m->height, m->strength, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
                          (size_t)(FEW * (double)m->count) + 3, m->parts);
@@ -114,12 +118,13 @@ static void find_unmixed(sky_matte *m) {
                     m->parts[p + 1] == VT_PART_SURE && m->parts[p - (size_t)m->width] == VT_PART_SURE &&
                     m->parts[p + (size_t)m->width] == VT_PART_SURE;
       float lowest = lowest_alpha(m, m->rgb->pixels + 3 * p, b);
-      m->known[p] = lowest > UNMIXED || (inside && lowest > 0.8f * UNMIXED);
+      m->known[p] = lowest > UNMIXED || (inside && lowest > 0.9f * UNMIXED);
     }
 }
 
 // Alpha, and the tree's colour in linear light, of a mixed pixel.
-static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const uint8_t *pixel, const float b[3], float f[3]) {
+static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const uint8_t *pixel, float distance, const float b[3],
+                         float f[3]) {
   float weights = 1e-20f, alpha = 0, sum[3] = {0}, least = lowest_alpha(m, pixel, b);
   for (int k = 0; k < cell->count; k++) {
     float dot = 0, length2 = 0, v[3], r2 = 0;
@@ -138,12 +143,14 @@ static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const 
     weights += w, alpha += w * a;
     for (int c = 0; c < 3; c++) sum[c] += w * cell->light[k][c];
   }
+  float colours = weights;
+  weights += expf(-0.5f * fminf(distance * distance, 60)); // all sky
   float strange = expf(-0.5f * STRANGE);
-  weights += strange, alpha += strange;
+  weights += strange, colours += strange, alpha += strange;
   for (int c = 0; c < 3; c++) sum[c] += strange * m->linear[pixel[c]];
   alpha = fmaxf(alpha / weights, least);
   for (int c = 0; c < 3; c++) {
-    float palette = sum[c] / weights, rest = m->linear[pixel[c]] - (1 - alpha) * b[c] - alpha * palette;
+    float palette = sum[c] / colours, rest = m->linear[pixel[c]] - (1 - alpha) * b[c] - alpha * palette;
     f[c] = palette + alpha * rest / (alpha * alpha + RIDGE);
   }
   return alpha;
@@ -163,10 +170,10 @@ static void solve(const sky_matte *m, vt_image *out) {
       memcpy(out->pixels + 4 * p, pixel, 3);
       bool tree = m->parts[p] != SKY;
       out->pixels[4 * p + 3] = tree ? 255 : 0;
-      if (!tree || !cell->count || vt_is_ground(m->sky, x, y)) continue;
+      if (!tree || !cell->count || !(m->sky.share > 0) || vt_is_ground(&m->sky, x, y)) continue;
       float b[3], f[3];
       light_behind(m, x, y, b);
-      float alpha = solve_pixel(m, cell, pixel, b, f);
+      float alpha = solve_pixel(m, cell, pixel, vt_sky_distance(&m->sky, pixel, x, y), b, f);
       alpha = alpha < 0.03f ? 0 : alpha > 0.97f ? 1 : alpha;
       out->pixels[4 * p + 3] = (uint8_t)(alpha * 255 + 0.5f);
       for (int c = 0; c < 3 && alpha < 1; c++) out->pixels[4 * p + (size_t)c] = encode(f[c]);
@@ -190,29 +197,63 @@ static vt_status fill_clear(vt_context *context, uint8_t *known, vt_image *rgba)
   return status;
 }
 
-vt_status vt_matte_sky(vt_context *context, const vt_image *rgb, const char *name, vt_image *out_rgba) {
+static void show_trimap(vt_context *context, const sky_matte *m, const char *name) {
+  vt_fimage image = {0};
+  char title[96];
+  snprintf(title, sizeof title, "trimap-%s", name);
+  for (char *c = title; *c; c++)
+    if (*c == '/' || *c == '.') *c = '-';
+  if (vt_make_fimage(context, m->width, m->height, 1, &image) != VT_OK) return;
+  for (size_t i = 0; i < m->count; i++) image.pixels[i] = m->parts[i] == SKY ? 0 : m->known[i] ? 1 : 0.5f;
+  vt_probe(context, title, &image);
+  vt_free_fimage(context, &image);
+}
+
+static void free_sky_matte(vt_context *context, sky_matte *m) {
+  vt_free_palette(context, &m->palette);
+  vt_free(context, m->strength);
+  vt_free(context, m->parts);
+  vt_free(context, m->known);
+  vt_free_sky(context, &m->sky);
+}
+
+// Up to what is certain: parts, and in `known` what is unmixed.
+static vt_status prepare(vt_context *context, const vt_image *rgb, sky_matte *m) {
   VT_ASSERT(rgb->channels == 3 && rgb->width > 0 && rgb->height > 0);
-  vt_sky sky = {0};
-  sky_matte m = {.rgb = rgb, .sky = &sky, .width = rgb->width, .height = rgb->height};
-  m.count = (size_t)rgb->width * (size_t)rgb->height;
-  vt_status status = vt_model_sky(context, rgb, &sky);
-  m.strength = VT_NEW(context, uint8_t, m.count);
-  m.parts = VT_NEW(context, uint8_t, m.count);
-  m.known = VT_NEW(context, uint8_t, m.count);
-  if (!status && (!m.strength || !m.parts || !m.known)) status = VT_OUT_OF_MEMORY;
-  if (!status && !(sky.share > 0)) vt_log(context, VT_LOG_NORMAL, "%s: no sky is seen in it; all of it counts as tree", name);
-  if (!status) fill_tables(&m);
-  if (!status) status = cut(context, &m);
-  if (!status) find_unmixed(&m);
+  *m = (sky_matte){.rgb = rgb, .width = rgb->width, .height = rgb->height};
+  m->count = (size_t)rgb->width * (size_t)rgb->height;
+  vt_status status = vt_model_sky(context, rgb, &m->sky);
+  m->strength = VT_NEW(context, uint8_t, m->count);
+  m->parts = VT_NEW(context, uint8_t, m->count);
+  m->known = VT_NEW(context, uint8_t, m->count);
+  if (!status && (!m->strength || !m->parts || !m->known)) status = VT_OUT_OF_MEMORY;
+  if (status) return status;
+  fill_tables(m);
+  status = cut(context, m);
+  if (!status) find_unmixed(m);
+  return status;
+}
+
+vt_status vt_cut_sky(vt_context *context, const vt_image *rgb, vt_image *out) {
+  sky_matte m;
+  vt_status status = prepare(context, rgb, &m);
+  if (!status) status = vt_make_image(context, rgb->width, rgb->height, 1, out);
+  for (size_t i = 0; i < m.count && !status; i++) out->pixels[i] = m.parts[i] == SKY ? 0 : m.known[i] ? 255 : 128;
+  free_sky_matte(context, &m);
+  return status;
+}
+
+vt_status vt_matte_sky(vt_context *context, const vt_image *rgb, const char *name, vt_image *out_rgba) {
+  sky_matte m;
+  vt_status status = prepare(context, rgb, &m);
+  if (!status && !(m.sky.share > 0)) vt_log(context, VT_LOG_NORMAL, "%s: no sky is seen in it; all of it counts as tree", name);
+  if (!status && vt_wants_probes(context)) show_trimap(context, &m, name);
   if (!status) status = vt_make_palette(context, rgb, m.known, &m.palette);
   if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out_rgba);
   if (!status) solve(&m, out_rgba);
   vt_free_palette(context, &m.palette);
   if (!status) status = fill_clear(context, m.known, out_rgba);
-  vt_free(context, m.strength);
-  vt_free(context, m.parts);
-  vt_free(context, m.known);
-  vt_free_sky(context, &sky);
+  free_sky_matte(context, &m);
   if (status) vt_free_image(context, out_rgba);
   return status;
 }
