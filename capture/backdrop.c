@@ -32,6 +32,7 @@
 #define SURE 7.0f     // from which a pixel is plant
 #define STEPS 4.0f    // of the distance, per standard deviation, in a byte
 #define FEW 1e-5      // share of the picture below which a spot is a speck
+#define WEAK 0.4      // of the plant's mean distance: a part that stands out less is a fold or a cable
 enum {
   REACH = 3, // pixels over which an edge may be blurred
   LEAST = 7, // half levels of contrast below which a pixel may be a halo of blurred chroma
@@ -253,7 +254,7 @@ static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) 
   measure(&backdrop, m);
   vt_free_backdrop(context, &backdrop);
   status = vt_find_parts(context, m->width, m->height, m->distance, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
-                         (size_t)(FEW * (double)m->count) + 2, m->trimap);
+                         (size_t)(FEW * (double)m->count) + 2, WEAK, m->trimap);
   if (status != VT_OK) return status;
   make_trimap(m);
   return VT_OK;

@@ -97,7 +97,7 @@ static vt_status cut(vt_context *context, sky_matte *m) {
   vt_status status = vt_cut_ground(context, &m->sky, m->rgb, (uint8_t)(SURE * STEPS), m->strength);
   if (status) return status;
   status = vt_find_parts(context, m->width, m->height, m->strength, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
-                         (size_t)(FEW * (double)m->count) + 3, m->parts);
+                         (size_t)(FEW * (double)m->count) + 3, 0, m->parts);
   for (size_t p = 0; p < m->count && !status; p++) m->known[p] = m->parts[p] == VT_PART_SURE;
   if (!status) vt_dilate(m->width, m->height, 1, m->known, m->strength);
   for (size_t p = 0; p < m->count && !status; p++)
@@ -145,7 +145,7 @@ static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const 
   }
   float colours = weights;
   weights += expf(-0.5f * fminf(distance * distance, 60)); // all sky
-  float strange = expf(-0.5f * STRANGE);
+  float strange = vt_is_sky_colour(&m->sky, pixel) ? 0 : expf(-0.5f * STRANGE);
   weights += strange, colours += strange, alpha += strange;
   for (int c = 0; c < 3; c++) sum[c] += strange * m->linear[pixel[c]];
   alpha = fmaxf(alpha / weights, least);

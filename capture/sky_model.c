@@ -24,8 +24,8 @@
 #include <string.h>
 
 enum { LEVELS = 12, HOLE_ROUNDS = 3, MOMENTS = 10, ENOUGH = 48, FEWEST = 3 }; // ENOUGH, FEWEST: pixels of sky
-enum { BINS = 16, DEEP = 2 }; // BINS along each channel; DEEP: levels of windows that look out of the crown
-#define SMOOTH 2.5f    // times the noise: how much the pixels of a smooth tile vary
+enum { BINS = VT_SKY_BINS, DEEP = 2 }; // DEEP: levels of windows that look out of the crown
+#define SMOOTH 1.5f    // times the noise: how much the pixels of a smooth tile vary
 #define STEP 30.0f     // levels by which neighbouring tiles of clouds may differ
 #define DARKEST 0.3f   // of the brightest tiles: darker is no sky
 #define SLACK 2.2f     // levels by which JPEG moves colours even where there is no noise
@@ -137,7 +137,7 @@ static vt_status find_free_sky(vt_context *context, const vt_image *rgb, vt_sky 
     float brightest = quantile(sorted, count, 0.98);
     for (size_t i = 0; i < count; i++) sorted[i] = m[i].deviation;
     sky->noise = fminf(fmaxf(quantile(sorted, count, 0.1), 0.8f), 6);
-    join_free_sky(sky, m, brightest, SMOOTH * sky->noise + 3, stack);
+    join_free_sky(sky, m, brightest, SMOOTH * sky->noise + 1.5f, stack);
     size_t free_tiles = 0; // their median deviation is the noise of what is as bright as the sky
     for (size_t i = 0; i < count; i++)
       if (sky->tiles[i].pixels) sorted[free_tiles++] = m[i].deviation;
@@ -156,8 +156,7 @@ static int bin_of(const uint8_t *p) {
 }
 
 // Which colours the free sky has anywhere: bins of encoded colours.
-static void collect_colours(const vt_image *rgb, const vt_sky *sky, uint8_t bins[BINS * BINS * BINS]) {
-  static const int count = BINS * BINS * BINS;
+static void collect_colours(const vt_image *rgb, vt_sky *sky) {
   uint8_t seen[BINS * BINS * BINS] = {0};
   for (int row = 0; row < sky->rows; row++)
     for (int column = 0; column < sky->columns; column++) {
@@ -167,7 +166,7 @@ static void collect_colours(const vt_image *rgb, const vt_sky *sky, uint8_t bins
         if (*bin < 255) ++*bin;
       }
     }
-  for (int i = 0; i < count; i++) bins[i] = seen[i] >= 20;
+  for (int i = 0; i < BINS * BINS * BINS; i++) sky->colours[i] = seen[i] >= 20;
 }
 
 static void add_pixel(moments *to, const uint8_t *p) {
@@ -182,31 +181,33 @@ static int blueness(const uint8_t *p) {
 
 // A hole far from all sky that is known: of the pixels whose colours the sky has somewhere, the bluest. How blue they are at
 // least; INT_MAX where there are none.
-static int least_blueness(const vt_image *rgb, const vt_sky *sky, int column, int row, const uint8_t *bins) {
+static int least_blueness(const vt_image *rgb, const vt_sky *sky, int column, int row) {
   int most = INT_MIN;
   for (int j = row > 0 ? row - 1 : 0; j <= row + 1 && j < sky->rows; j++)
     for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < sky->columns; i++)
       FOR_TILE(sky, rgb, i, j, p) {
-        if (blueness(p) > most && bins[bin_of(p)]) most = blueness(p);
+        if (blueness(p) > most && sky->colours[bin_of(p)]) most = blueness(p);
       }
   return most > INT_MIN ? most - (int)(5 * sky->noise) - 4 : INT_MAX;
 }
 
 // Moments of the sky's pixels in each tile: all of a tile of free sky, and in the others what the model explains.
-static void gather(const vt_image *rgb, vt_sky *sky, bool first, const uint8_t *bins, moments *cells) {
+static void gather(const vt_image *rgb, vt_sky *sky, bool first, moments *cells) {
   for (int row = 0; row < sky->rows; row++)
     for (int column = 0; column < sky->columns; column++) {
       size_t i = (size_t)row * (size_t)sky->columns + (size_t)column;
       vt_sky_tile *tile = &sky->tiles[i];
       cells[i] = (moments){{0}};
       if (first && !tile->pixels) continue;
+      int all = 0;
       bool deep = tile->window >= DEEP;
-      int least = deep ? least_blueness(rgb, sky, column, row, bins) : INT_MIN;
+      int least = deep ? least_blueness(rgb, sky, column, row) : INT_MIN;
       FOR_TILE(sky, rgb, column, row, p) {
-        bool is_sky = first || (blueness(p) >= least && ((deep && bins[bin_of(p)]) || vt_sky_distance(sky, p, x_, y_) < NEAR));
+        bool is_sky = first || (blueness(p) >= least && ((deep && sky->colours[bin_of(p)]) || vt_sky_distance(sky, p, x_, y_) < NEAR));
         if (is_sky) add_pixel(&cells[i], p);
+        all++;
       }
-      if (cells[i].m[0] < FEWEST) cells[i] = (moments){{0}};
+      if (cells[i].m[0] < FEWEST && cells[i].m[0] < (float)all) cells[i] = (moments){{0}};
       tile->pixels = (int)cells[i].m[0];
     }
 }
@@ -299,12 +300,11 @@ static vt_status make_levels(vt_context *context, const vt_sky *sky, level level
 static vt_status find_holes(vt_context *context, const vt_image *rgb, vt_sky *sky) {
   level levels[LEVELS] = {{0}}, free_sky[LEVELS] = {{0}};
   int count = 0;
-  uint8_t bins[BINS * BINS * BINS];
-  collect_colours(rgb, sky, bins);
+  collect_colours(rgb, sky);
   vt_status status = make_levels(context, sky, free_sky, &count);
   if (!status) status = make_levels(context, sky, levels, &count);
   for (int round = 0; round <= HOLE_ROUNDS && !status; round++) {
-    gather(rgb, sky, round == 0, bins, levels[0].cells);
+    gather(rgb, sky, round == 0, levels[0].cells);
     for (int l = 1; l < count; l++) sum_up(&levels[l - 1], &levels[l]);
     for (int l = 0; l < count && round == 0; l++)
       memcpy(free_sky[l].cells, levels[l].cells, (size_t)levels[l].width * (size_t)levels[l].height * sizeof(moments));
@@ -321,6 +321,10 @@ static float distance2(const vt_sky_tile *tile, const uint8_t colour[3]) {
   const float *s = tile->inverse;
   float x = (float)colour[0] - tile->mean[0], y = (float)colour[1] - tile->mean[1], z = (float)colour[2] - tile->mean[2];
   return x * (s[0] * x + 2 * (s[1] * y + s[2] * z)) + y * (s[3] * y + 2 * s[4] * z) + s[5] * z * z;
+}
+
+bool vt_is_sky_colour(const vt_sky *sky, const uint8_t colour[3]) {
+  return sky->colours[bin_of(colour)];
 }
 
 float vt_sky_distance(const vt_sky *sky, const uint8_t colour[3], int x, int y) {
@@ -380,7 +384,9 @@ vt_status vt_model_sky(vt_context *context, const vt_image *rgb, vt_sky *out) {
   out->tiles = VT_NEW(context, vt_sky_tile, (size_t)out->columns * (size_t)out->rows);
   float *scratch = VT_NEW(context, float, (size_t)out->columns);
   vt_status status = out->tiles && scratch ? find_free_sky(context, rgb, out) : VT_OUT_OF_MEMORY;
-  if (!status) status = find_holes(context, rgb, out);
+  bool found = false;
+  for (int i = 0; i < out->columns * out->rows && !status; i++) found = found || out->tiles[i].pixels;
+  if (!status && found) status = find_holes(context, rgb, out);
   if (!status) measure_extent(out, scratch);
   vt_free(context, scratch);
   if (status) vt_free_sky(context, out);
