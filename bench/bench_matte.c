@@ -16,7 +16,8 @@
 #include "base/image_file.h"
 #include "bench/matte_peers.h"
 #include "capture/matte.h"
-#include "datasets-synthetic/synthetic.h"
+#include "capture/situation.h"
+#include "tests/matte_scenes.h"
 
 #include <math.h>
 #include <string.h>
@@ -36,76 +37,17 @@ typedef struct score { // over the pictures of a scene
 
 // ---- scenes
 
-static float linear_of(uint8_t v) {
-  double s = v / 255.0;
-  return (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
-}
-
-static uint8_t byte_of(double linear) {
-  double v = linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
-  return (uint8_t)(v <= 0 ? 0 : v >= 1 ? 255 : v * 255 + 0.5);
-}
-
-// A copy of the views before their backdrop: the same cameras, tilted until the horizon is where it is wanted, and
-// nothing in the pictures.
-static vt_status make_backdrops(vt_context *context, const arguments *a, const vt_synthetic_desc *scene, const vt_views *views,
-                                vt_views *out) {
-  out->items = VT_NEW(context, vt_view, (size_t)views->count);
-  if (!out->items) return VT_OUT_OF_MEMORY;
-  out->count = views->count;
-  for (int i = 0; i < views->count; i++) {
-    const vt_camera *c = &views->items[i].camera;
-    vt_vec3 eye = vt_camera_centre(c), away = vt_normalise(vt_v3(-eye.x, -eye.y, 0));
-    double rise = ((a->horizon ? 0.84 : 1.4) * c->height - c->cy) / c->fy; // of the axis over the horizon
-    vt_view *view = &out->items[i];
-    view->camera = vt_look_at(eye, vt_add(eye, vt_v3(away.x, away.y, rise)), vt_v3(0, 0, 1),
-                              2 * atan(0.5 * c->height / c->fy), c->width, c->height);
-    view->name = vt_strdup(context, "backdrop");
-    vt_status status = vt_make_image(context, c->width, c->height, 4, &view->picture);
-    if (status) return status;
-  }
-  vt_synthetic_desc desc = *scene;
-  desc.backdrop = a->backdrop;
-  return vt_put_before_backdrop(context, &desc, out);
-}
-
-// Lays the tree before its backdrop, in linear light or as encoded values.
-static void put_before(const arguments *a, const vt_image *tree, vt_image *backdrop) {
-  size_t count = (size_t)tree->width * (size_t)tree->height;
-  float linear[256];
-  for (int i = 0; i < 256; i++) linear[i] = a->encoded ? (float)i : linear_of((uint8_t)i);
-  for (size_t i = 0; i < count; i++) {
-    double alpha = tree->pixels[4 * i + 3] / 255.0;
-    for (size_t c = 0; c < 3 && alpha > 0; c++) {
-      double light = alpha * (double)linear[tree->pixels[4 * i + c]] + (1 - alpha) * (double)linear[backdrop->pixels[4 * i + c]];
-      backdrop->pixels[4 * i + c] = a->encoded ? (uint8_t)(light + 0.5) : byte_of(light);
-    }
-  }
-}
-
 // Truth (RGBA, behind the lens) and photographs (opaque RGBA) of a scene.
 static vt_status make_scene(vt_context *context, const arguments *a, const char *name, vt_views *truth, vt_views *photos) {
-  vt_synthetic_desc scene;
-  if (!vt_find_scene(name, &scene)) return vt_fail(context, VT_BAD_USAGE, "%s: no scene and no photograph; try oak", name);
-  scene.width = scene.height = a->size;
-  scene.train_count = a->views, scene.test_count = 0;
-  scene.rig = VT_RIG_RING;
-  if (a->size > 1500) scene.light_path = VT_RASTERISED, scene.supersample = 2;
-  if (scene.light_path == VT_RAY_TRACED && !vt_can_trace_rays()) scene.light_path = VT_RASTERISED;
-  vt_damage_desc lens = vt_default_damage_desc(), sensor = a->damage;
-  lens.blur = sensor.blur, sensor.blur = 0;
-  vt_status status = vt_make_synthetic_views(context, &scene, truth);
-  if (!status) status = make_backdrops(context, a, &scene, truth, photos);
-  if (!status) status = vt_damage_views(context, &lens, truth);
-  for (int i = 0; i < truth->count && !status; i++) put_before(a, &truth->items[i].picture, &photos->items[i].picture);
-  return status ? status : vt_damage_views(context, &sensor, photos);
-}
-
-static vt_status drop_alpha(vt_context *context, const vt_image *rgba, vt_image *out) {
-  vt_status status = vt_make_image(context, rgba->width, rgba->height, 3, out);
-  size_t count = status ? 0 : (size_t)rgba->width * (size_t)rgba->height;
-  for (size_t i = 0; i < count; i++) memcpy(out->pixels + 3 * i, rgba->pixels + 4 * i, 3);
-  return status;
+  matte_scene scene = {.backdrop = a->backdrop, .horizon = a->horizon, .encoded = a->encoded, .damage = a->damage};
+  vt_synthetic_desc *tree = &scene.tree;
+  if (!vt_find_scene(name, tree)) return vt_fail(context, VT_BAD_USAGE, "%s: no scene and no photograph; try oak", name);
+  tree->width = tree->height = a->size;
+  tree->train_count = a->views, tree->test_count = 0;
+  tree->rig = VT_RIG_RING;
+  if (a->size > 1500) tree->light_path = VT_RASTERISED, tree->supersample = 2;
+  if (tree->light_path == VT_RAY_TRACED && !vt_can_trace_rays()) tree->light_path = VT_RASTERISED;
+  return make_matte_scene(context, &scene, truth, photos);
 }
 
 // ---- methods
@@ -247,7 +189,7 @@ static vt_status run_method(vt_context *context, const arguments *a, const char 
   for (int i = 0; i < truth->count && !status; i++) {
     const vt_image *exact = &truth->items[i].picture;
     vt_image rgb = {0}, found = {0};
-    status = drop_alpha(context, &photos->items[i].picture, &rgb);
+    status = drop_picture_alpha(context, &photos->items[i].picture, &rgb);
     vt_reset_peak(context);
     double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
     if (!status) status = make_matte(context, m, !a->studio, &rgb, &found);
@@ -289,12 +231,18 @@ static vt_status run_photograph(vt_context *context, const arguments *a, const c
   vt_image picture = {0}, rgb = {0}, found = {0};
   vt_status status = vt_read_image(context, path, &picture);
   if (!status && picture.channels == 4) {
-    status = drop_alpha(context, &picture, &rgb);
+    status = drop_picture_alpha(context, &picture, &rgb);
   } else {
     rgb = picture;
     picture = (vt_image){0};
   }
   vt_free_image(context, &picture);
+  vt_evidence e = {0};
+  if (!status) status = vt_judge_situation(context, &rgb, &e);
+  if (!status)
+    printf("%s: %s (border %.2f plain; sky %.2f of the picture, %.2f of the upper edge, luma %.2f, blue %.2f; ground %.2f)\n", path,
+           e.situation == VT_SITUATION_SKY ? "sky" : e.situation == VT_SITUATION_PLAIN ? "plain backdrop" : "clutter", e.plain, e.sky,
+           e.sky_top, e.brightness, e.blue, e.ground);
   double start = vt_cpu_seconds(), bytes = (double)vt_bytes_in_use(context);
   vt_reset_peak(context);
   if (!status) status = ours(context, a->sky, &rgb, &found);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A capture is taken in one place, so its photographs vote. Each is looked at in a reduced copy:
-// - Sky: it is found (sky_model.c), bright, along most of the upper edge, and blue, or with ground below. Grey without
+// - Sky: it is found (sky_model.c), bright, not warm, along most of the upper edge, and blue, or with ground below. Grey without
 //   ground it may be a wall of paper: then the plain backdrop is asked first.
 // - Plain backdrop: one smooth surface explains nearly all of the border that a plant does not cut (left, right, above).
 // - Else clutter. More than half must agree; otherwise it is clutter for all: what would come out are mattes that
@@ -17,10 +17,12 @@
 
 enum { VOTERS = 9, SIDE = 900 }; // SIDE: of the reduced copies, pixels
 #define PLAIN 0.8       // border explained
-#define LEAST_SKY 0.08  // of the picture
+#define LEAST_SKY 0.12  // of the picture
+#define MOST_GROUND 0.7 // of the picture: from higher up a crown stands before the ground
 #define LEAST_TOP 0.5   // of the upper edge
 #define BRIGHT 0.3      // luma
-#define BLUE 0.03
+#define BLUE 0.03       // blue less red: certainly no paper
+#define WARM -0.03      // a wall indoors; a sunset as well, which has to be asked for
 
 static void measure_sky(const vt_sky *sky, vt_evidence *out) {
   double sum[3] = {0}, pixels = 1e-9;
@@ -44,7 +46,7 @@ vt_status vt_judge_situation(vt_context *context, const vt_image *rgb, vt_eviden
   if (status) return status;
   measure_sky(&sky, out);
   vt_free_sky(context, &sky);
-  bool is_sky = out->sky >= LEAST_SKY && out->sky_top >= LEAST_TOP && out->brightness >= BRIGHT;
+  bool is_sky = out->sky >= LEAST_SKY && out->sky_top >= LEAST_TOP && out->brightness >= BRIGHT && out->blue >= WARM && out->ground <= MOST_GROUND;
   bool is_plain = out->plain >= PLAIN, is_certain = out->blue >= BLUE || out->ground > 0.03;
   out->situation = is_sky && (is_certain || !is_plain) ? VT_SITUATION_SKY : is_plain ? VT_SITUATION_PLAIN : VT_SITUATION_CLUTTER;
   return VT_OK;

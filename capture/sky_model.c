@@ -370,6 +370,7 @@ static void measure_extent(vt_sky *sky, float *scratch) {
   sky->share = pixels / ((double)sky->width * sky->height);
   sky->top_share = (double)top / sky->columns;
   double left = lowest_sky(sky, 0, side, scratch), right = lowest_sky(sky, sky->columns - side, sky->columns, scratch);
+  left -= left < sky->height ? sky->tile : 0, right -= right < sky->height ? sky->tile : 0; // no row that is half ground
   double slope = (right - left) / (1 - SIDE); // medians stand in the middles of the sides
   bool none = left >= sky->height || right >= sky->height || !(sky->share > 0);
   sky->horizon[0] = none ? sky->height : left - slope * SIDE / 2;
