@@ -145,7 +145,8 @@ static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const 
   }
   float colours = weights;
   weights += expf(-0.5f * fminf(distance * distance, 60)); // all sky
-  float strange = vt_is_sky_colour(&m->sky, pixel) ? 0 : expf(-0.5f * STRANGE);
+  bool may_be_sky = vt_is_sky_colour(&m->sky, pixel) || (pixel[2] > pixel[0] + 8 && pixel[2] > pixel[1] + 8);
+  float strange = may_be_sky ? 0 : expf(-0.5f * STRANGE);
   weights += strange, colours += strange, alpha += strange;
   for (int c = 0; c < 3; c++) sum[c] += strange * m->linear[pixel[c]];
   alpha = fmaxf(alpha / weights, least);
