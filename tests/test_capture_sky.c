@@ -74,9 +74,9 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
   static const vt_synthetic_kind kinds[] = {VT_SYNTHETIC_SMALL_OAK, VT_SYNTHETIC_BIRCH, VT_SYNTHETIC_PINE};
   for (int i = 0; i < 3; i++) {
     score s = matte_case(make_case(kinds[i], VT_BACKDROP_SKY, false), 1, vt_synthetic_name(kinds[i]));
-    assert_true(s.square <= 2.5e-3);
+    assert_true(s.square <= 2e-3);
     assert_true(fabs(s.bias) <= 0.01);
-    assert_true(s.holes >= 0.75);
+    assert_true(s.holes >= 0.85);
     assert_true(s.ours <= 0.5 * s.naive);
     assert_true(s.fake <= 0.02);
   }
@@ -85,7 +85,7 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
 static void a_trunk_is_cut_out_of_the_ground_before_which_it_stands(void **state) {
   (void)state;
   score s = matte_case(make_case(VT_SYNTHETIC_SMALL_OAK, VT_BACKDROP_SKY, true), 1, "horizon");
-  assert_true(s.square <= 4e-3); // a meadow that is kept would be 0.15, the trunk that is lost .003 above that of the crown
+  assert_true(s.square <= 3.2e-3); // a meadow that is kept would be 0.15, the trunk that is lost .003 above that of the crown
   assert_true(s.fake <= 0.02);
 }
 
