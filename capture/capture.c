@@ -10,6 +10,7 @@
 #include "capture/calibrate.h"
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
+#include "capture/masks.h"
 #include "capture/transforms.h"
 
 #include <string.h>
@@ -112,12 +113,15 @@ static vt_status find_photos(vt_context *context, const vt_capture_desc *desc, c
   *folder = folder_in(context, desc->source, "images");
   if (*folder) {
     vt_status status = vt_list_photos(context, *folder, desc->masks, names);
+    if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
     if (status || names->count) return status;
     vt_free_names(context, names);
     vt_free(context, *folder);
   }
   *folder = vt_strdup(context, desc->source);
-  return *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  vt_status status = *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
+  return status;
 }
 
 static bool has_image(const vt_colmap_model *model, const char *name) {
@@ -262,8 +266,9 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) {
     vt_log(context, VT_LOG_NORMAL, "capture: %d photographs with cameras from %s%s", photos.count, kinds[report->kind],
            report->calibration_from_cache ? " (kept from before)" : "");
-    status = vt_choose_mattes(context, desc, root, &photos, report);
+    status = vt_find_ignored(context, desc->ignore, &photos);
   }
+  if (!status) status = vt_choose_mattes(context, desc, root, &photos, report);
   if (!status) status = vt_develop_photos(context, desc, &photos, report, out);
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);

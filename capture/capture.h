@@ -22,8 +22,9 @@ typedef struct vt_capture_desc {
   uint32_t cookie;
   const char *source;      // a folder of photographs, a COLMAP workspace, a folder with transforms*.json, or such a file
   vt_matte_mode matte;     //
-  const char *masks;       // folder of masks, white = tree; NULL: the usual places
+  const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
+  const char *ignore;      // folder of masks, white = not to be looked at (a post before the tree); or one for all; or NULL
   const char *colmap;      // program; default "colmap", found on PATH
   const char *cache;       // folder where calibrations are kept by content of the photographs; NULL: none
   int max_image_size;      // pixels, longer side of the pictures that are returned; 0: as they are

@@ -6,6 +6,9 @@
 // whole factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the
 // source, so that width'/width is not quite 1/f and must not be used).
 //
+// What is not to be looked at goes the same way beside the picture. It is reduced by the greatest: a pixel with something
+// ignored in it is ignored.
+//
 // Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full
 // size.
 
@@ -172,6 +175,28 @@ static vt_status matte_photo(work *w, int i) {
   return VT_OK;
 }
 
+// The view's map of what is ignored, and alpha 0 there.
+static vt_status ignore_pixels(work *w, int i, int factor) {
+  vt_context *context = w->context;
+  const vt_photo *photo = &w->photos[i];
+  vt_view *view = &w->views[i];
+  vt_image whole = {0}, straight = {0};
+  vt_camera unused = view->camera;
+  vt_status status = vt_read_ignored(context, photo, photo->width, photo->height, &whole);
+  if (!status && !vt_lens_is_pinhole(&photo->lens)) {
+    status = vt_undistort_image(context, &photo->lens, &whole, &unused, &straight);
+    vt_free_image(context, &whole);
+    whole = straight;
+  }
+  for (size_t k = 0; !status && k < (size_t)whole.width * (size_t)whole.height; k++)
+    whole.pixels[k] = whole.pixels[k] > 0 ? 255 : 0;
+  if (!status) status = vt_pool_image(context, &whole, factor, &view->ignored);
+  vt_free_image(context, &whole);
+  for (size_t k = 0; !status && k < (size_t)view->ignored.width * (size_t)view->ignored.height; k++)
+    if (view->ignored.pixels[k]) view->picture.pixels[4 * k + 3] = 0;
+  return status;
+}
+
 static vt_status finish_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_view *view = &w->views[i];
@@ -202,6 +227,7 @@ static vt_status finish_photo(work *w, int i) {
     }
   }
   vt_free_image(w->context, &other);
+  if (!status && photo->ignored) status = ignore_pixels(w, i, factor);
   return status ? status : vt_check_camera(w->context, &view->camera, photo->path);
 }
 
@@ -229,6 +255,7 @@ static vt_status develop_again(work *w, int count) {
     if (!w->status[i]) continue;
     vt_clear_error(w->context);
     vt_free_image(w->context, &w->views[i].picture);
+    vt_free_image(w->context, &w->views[i].ignored);
     status = develop_photo(w, i);
   }
   return status;

@@ -45,6 +45,7 @@ void vt_free_photo(vt_context *context, vt_photo *photo) {
   vt_free(context, photo->name);
   vt_free(context, photo->path);
   vt_free(context, photo->mask);
+  vt_free(context, photo->ignored);
   *photo = (vt_photo){0};
 }
 

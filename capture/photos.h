@@ -12,7 +12,8 @@ extern "C" {
 #endif
 
 typedef struct vt_photo {
-  char *name, *path, *mask; // the view's name; files; mask is NULL if there is none; owned
+  char *name, *path;        // the view's name; its file; owned
+  char *mask, *ignored;     // files, NULL if there are none: what is tree, what is not to be looked at; owned
   vt_role role;             //
   int width, height;        // pixels of the file, turned by `orientation`
   int orientation;          // EXIF turn that the picture needs to agree with its camera, nearly always 1
@@ -25,6 +26,7 @@ typedef struct vt_photo {
 typedef struct vt_photos {
   int count, capacity;
   vt_photo *items; // owned
+  vt_world world;  // as far as the source says it
 } vt_photos;
 
 // A zeroed photograph behind the others; NULL only without memory. Pointers to earlier ones become invalid.
