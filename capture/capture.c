@@ -12,6 +12,7 @@
 #include "capture/develop.h"
 #include "capture/masks.h"
 #include "capture/transforms.h"
+#include "capture/write_cameras.h"
 
 #include <string.h>
 
@@ -247,6 +248,21 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
   report->kind = VT_SOURCE_TRANSFORMS;
   vt_status status = load_transforms_file(context, desc->source, *root, photos);
   report->photograph_count = photos->count;
+  return status;
+}
+
+vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, vt_camera_format format, const char *folder,
+                             int *count) {
+  VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source);
+  vt_capture_report report = {.reprojection_error = NAN};
+  vt_photos photos = {0};
+  char *root = NULL;
+  vt_status status = load_source(context, desc, &root, &photos, &report);
+  if (!status) status = vt_export_photos(context, &photos, true, format, folder);
+  *count = photos.count;
+  vt_free_photos(context, &photos);
+  vt_free_capture_report(context, &report);
+  vt_free(context, root);
   return status;
 }
 

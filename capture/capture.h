@@ -60,6 +60,19 @@ vt_status vt_write_capture(vt_context *, const vt_views *, const char *folder);
 // picture's path within its capture; mask_path is `masks` (like "mattes/", or NULL: none), the view's name and ".png".
 vt_status vt_write_cameras(vt_context *, const vt_views *, const char *folder, const char *pictures, const char *masks);
 
+// ---- cameras alone, for other programs
+typedef enum vt_camera_format {
+  VT_CAMERAS_COLMAP_TEXT,   // cameras.txt, images.txt and an empty points3D.txt
+  VT_CAMERAS_COLMAP_BINARY, // the same as .bin
+  VT_CAMERAS_TRANSFORMS     // transforms.json, or one for each role where there are test views
+} vt_camera_format;
+// The cameras of a source with the lenses they were taken through, each of the size of its file; no picture is decoded but what
+// calibration needs. A COLMAP model names pictures as they lie in images/, transforms.json by their way from `folder`. *count
+// of them. VT_BAD_INPUT naming a lens that the format has no place for; VT_FAILED if something is in the way.
+vt_status vt_convert_cameras(vt_context *, const vt_capture_desc *, vt_camera_format, const char *folder, int *count);
+// The same for views, whose cameras are pinhole; their pictures are not looked at and need not be there.
+vt_status vt_export_cameras(vt_context *, const vt_views *, vt_camera_format, const char *folder);
+
 #ifdef __cplusplus
 }
 #endif

@@ -21,6 +21,8 @@ typedef struct vt_listed { // a photograph as it stands in a list; texts are bor
 vt_status vt_write_transforms(vt_context *, const vt_listed *, int count, const vt_world *, const char *path);
 // cameras, images and an empty points3D in a folder that is not there or empty, complete or not at all.
 vt_status vt_write_colmap_model(vt_context *, const vt_listed *, int count, bool binary, const char *folder);
+// Photographs in one of the formats of capture.h; by_path: transforms.json names files by their way from the folder.
+vt_status vt_export_photos(vt_context *, const vt_photos *, bool by_path, vt_camera_format, const char *folder);
 // The lens of a pinhole camera.
 vt_lens vt_lens_of_camera(const vt_camera *);
 
