@@ -12,12 +12,13 @@
 #include "capture/develop.h"
 #include "capture/masks.h"
 #include "capture/transforms.h"
+#include "capture/world.h"
 #include "capture/write_cameras.h"
 
 #include <string.h>
 
 vt_capture_desc vt_default_capture_desc(void) {
-  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .colmap = "colmap"};
+  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .marker_cells = 4, .colmap = "colmap"};
 }
 
 void vt_free_capture_report(vt_context *context, vt_capture_report *report) {
@@ -258,6 +259,7 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
   vt_photos photos = {0};
   char *root = NULL;
   vt_status status = load_source(context, desc, &root, &photos, &report);
+  if (!status) status = vt_find_world(context, desc, report.kind == VT_SOURCE_TRANSFORMS, &photos);
   if (!status) status = vt_export_photos(context, &photos, true, format, folder);
   *count = photos.count;
   vt_free_photos(context, &photos);
@@ -284,8 +286,11 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
            report->calibration_from_cache ? " (kept from before)" : "");
     status = vt_find_ignored(context, desc->ignore, &photos);
   }
+  if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &photos);
+  vt_world world = photos.world;
   if (!status) status = vt_choose_mattes(context, desc, root, &photos, report);
   if (!status) status = vt_develop_photos(context, desc, &photos, report, out);
+  if (!status) out->world = world;
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);
   vt_free_photos(context, &photos);

@@ -25,6 +25,10 @@ typedef struct vt_capture_desc {
   const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
   const char *ignore;      // folder of masks, white = not to be looked at (a post before the tree); or one for all; or NULL
+  const char *marks;       // text file of points marked in photographs and distances between them (marks.c), or NULL
+  double marker_size;      // metres along a side of the square ArUco markers in the photographs; 0: there are none
+  int marker_cells;        // 4..7, their cells along a side
+  double tree_height;      // metres along `up`, if somebody measured it; 0: not known. Marks go before markers, these before it
   const char *colmap;      // program; default "colmap", found on PATH
   const char *cache;       // folder where calibrations are kept by content of the photographs; NULL: none
   int max_image_size;      // pixels, longer side of the pictures that are returned; 0: as they are

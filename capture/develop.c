@@ -111,24 +111,6 @@ typedef struct work {
   vt_status status[MAX_BATCH];
 } work;
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
-static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
-  vt_image out = {0};
-  vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
-  if (status) return status;
-  size_t channels = (size_t)picture->channels;
-  for (int y = 0; y < out.height; y++)
-    for (int x = 0; x < out.width; x++) {
-      int from_x = orientation == 5 || orientation == 6 ? y : out.height - 1 - y;
-      int from_y = orientation == 5 || orientation == 8 ? x : out.width - 1 - x;
-      memcpy(out.pixels + ((size_t)y * (size_t)out.width + (size_t)x) * channels,
-             picture->pixels + ((size_t)from_y * (size_t)picture->width + (size_t)from_x) * channels, channels);
-    }
-  vt_free_image(context, picture);
-  *picture = out;
-  return VT_OK;
-}
-
 static vt_status drop_alpha(vt_context *context, vt_image *picture) {
   if (picture->channels == 3) return VT_OK;
   vt_image out = {0};
@@ -144,11 +126,8 @@ static vt_status drop_alpha(vt_context *context, vt_image *picture) {
 static vt_status read_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_image *picture = &w->views[i].picture;
-  vt_status status = vt_read_image(w->context, photo->path, picture);
-  if (!status && photo->orientation > 1) status = turn(w->context, photo->orientation, picture);
+  vt_status status = vt_read_photo(w->context, photo, picture);
   if (status) return status;
-  if (picture->width != photo->width || picture->height != photo->height)
-    return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
   switch (w->mode) {
   case VT_MATTE_MASKS:
     return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);

@@ -10,6 +10,7 @@
 #include "programs/report.h"
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
+#include "programs/world.h"
 
 #include <string.h>
 
@@ -22,6 +23,7 @@ static const vt_option options[] = {
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
     {"level", 0, VT_OPTION_INTEGER, "L", 0, VT_MAX_LEVEL, false,
      "the level whose cells are written; default: the finest"},
+    {"metres", 0, VT_OPTION_FLAG, "", 0, 0, false, "points in metres, for trees whose scale is known (voltree info)"},
     {0}};
 
 #define POINT_BYTES (3 * 4 + 4 + 4)
@@ -38,9 +40,11 @@ static uint8_t byte_of(double unit) {
   return (uint8_t)(unit <= 0 ? 0 : unit >= 1 ? 255 : unit * 255 + 0.5);
 }
 
-static vt_status make_ply(vt_context *context, const vt_octree *octree, int number, uint8_t **out, size_t *out_size) {
+// Coordinates are multiplied by `scale`.
+static vt_status make_ply(vt_context *context, const vt_octree *octree, int number, double scale, uint8_t **out,
+                          size_t *out_size) {
   const vt_level *level = &octree->levels[number];
-  double edge = vt_cell_edge(octree, number);
+  double edge = scale * vt_cell_edge(octree, number);
   char *head = vt_print_text(context,
                              "ply\nformat binary_little_endian 1.0\ncomment voltree " VT_VERSION
                              ", level %d, edge of a cell %.17g\n"
@@ -56,7 +60,7 @@ static vt_status make_ply(vt_context *context, const vt_octree *octree, int numb
     memcpy(*out, head, head_size);
     uint8_t *at = *out + head_size;
     for (uint32_t i = 0; i < level->cell_count; i++) {
-      vt_vec3 centre = vt_cell_centre(octree, number, i);
+      vt_vec3 centre = vt_scale(vt_cell_centre(octree, number, i), scale);
       at = put_float(put_float(put_float(at, centre.x), centre.y), centre.z);
       for (size_t c = 0; c < 3; c++) *at++ = byte_of((double)level->colour[3 * (size_t)i + c]);
       *at++ = byte_of(-expm1(-(double)level->optical_depth[i]));
@@ -138,7 +142,15 @@ static vt_status run(vt_session *session) {
                      tree.octree.level_count - 1);
     goto done;
   }
-  status = make_ply(context, &tree.octree, level, &bytes, &size);
+  vt_world world = {.metres_per_unit = 1};
+  if (vt_given(&session->arguments, "metres")) vt_read_world(context, &tree, &world);
+  if (!(world.metres_per_unit > 0)) {
+    status = vt_fail(context, VT_BAD_INPUT,
+                     "%s: its scale is not known; reconstruct it with --height, --marks or --marker-size, or leave out --metres",
+                     input);
+    goto done;
+  }
+  status = make_ply(context, &tree.octree, level, world.metres_per_unit, &bytes, &size);
   if (!status) status = vt_write_file(context, output, bytes, size);
   if (status) goto done;
   uint32_t points = tree.octree.levels[level].cell_count;
