@@ -81,6 +81,14 @@ static vt_status write_pair(vt_session *session, const vt_view *view, const vt_f
   return status;
 }
 
+// Nothing is judged where the photograph says nothing: there both are empty.
+static void hide_ignored(const vt_view *view, vt_fimage *shown) {
+  if (!view->ignored.pixels) return;
+  size_t channels = (size_t)shown->channels;
+  for (size_t i = 0; i < (size_t)shown->width * (size_t)shown->height; i++)
+    for (size_t c = 0; c < channels && view->ignored.pixels[i]; c++) shown->pixels[channels * i + c] = 0;
+}
+
 static vt_status score_views(vt_session *session, vt_renderer *renderer, const vt_render_desc *desc,
                              const float background[3], const vt_views *judged, const char *pictures, vt_sheet *sheet,
                              vt_scores *out) {
@@ -94,6 +102,7 @@ static vt_status score_views(vt_session *session, vt_renderer *renderer, const v
     double start = vt_seconds();
     status = vt_render(context, renderer, desc, &view->camera, &result, &report);
     out->seconds_per_frame += (vt_seconds() - start) / judged->count;
+    if (!status) hide_ignored(view, &result);
     if (!status) status = vt_measure(context, &result, &view->picture, background, &out->of_view[i]);
     if (!status) status = vt_measure_outline(context, &result, &view->picture, background, &out->outlines[i]);
     if (!status && pictures)
@@ -181,6 +190,7 @@ vt_status vt_score_predictors(vt_session *session, const vt_views *training, con
     for (int i = 0; i < judged->count && !status; i++) {
       vt_fimage guess = {0};
       status = vt_predict_view(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
+      if (!status) hide_ignored(&judged->items[i], &guess);
       if (!status) status = vt_measure(context, &guess, &judged->items[i].picture, background, &metrics[i]);
       vt_free_fimage(context, &guess);
     }
