@@ -314,7 +314,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
   }
   if (!status && 2 * inverted > photos->count)
     vt_log(context, VT_LOG_NORMAL,
-           "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
+           "masks: most of the border is tree in %d of %d pictures; if black is the tree, give --invert-masks", inverted,
+           photos->count);
   for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;
