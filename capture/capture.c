@@ -7,6 +7,7 @@
 
 #include "capture/capture.h"
 #include "base/file.h"
+#include "capture/bundler.h"
 #include "capture/calibrate.h"
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
@@ -212,6 +213,16 @@ static vt_status load_folder(vt_context *context, const vt_capture_desc *desc, v
     vt_free(context, base);
   }
   report->kind = found ? VT_SOURCE_COLMAP : VT_SOURCE_PHOTOS;
+  if (!status && !found) {
+    char *bundle = file_in(context, desc->source, "bundle.out");
+    if (bundle || vt_has_projections(context, folder, &names)) {
+      report->kind = bundle ? VT_SOURCE_BUNDLER : VT_SOURCE_PROJECTIONS;
+      status = bundle ? vt_read_bundler(context, bundle, photos, report)
+                      : vt_read_projections(context, folder, &names, photos, report);
+      vt_free(context, bundle);
+      goto done;
+    }
+  }
   if (!status && !found) status = calibrate_photos(context, desc, folder, &names, &model, report);
   if (!status) status = take_model(context, &model, folder, &names, photos, report);
 done:
@@ -222,9 +233,9 @@ done:
   return status;
 }
 
-static bool is_json_name(const char *path) {
-  size_t length = strlen(path);
-  return length > 5 && !strcmp(path + length - 5, ".json");
+static bool ends_with(const char *path, const char *ending) {
+  size_t length = strlen(path), n = strlen(ending);
+  return length > n && !strcmp(path + length - n, ending);
 }
 
 // *root: the capture's folder, to be freed.
@@ -238,7 +249,9 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
                    "%s: no such folder; give a folder of photographs, a COLMAP workspace, or a "
                    "folder with transforms.json",
                    desc->source);
-  if (!is_json_name(desc->source))
+  if (ends_with(desc->source, ".out")) report->kind = VT_SOURCE_BUNDLER;
+  if (report->kind == VT_SOURCE_BUNDLER) return vt_read_bundler(context, desc->source, photos, report);
+  if (!ends_with(desc->source, ".json"))
     return vt_fail(context, VT_BAD_INPUT, "%s: a file; give the folder of photographs, or a transforms.json",
                    desc->source);
   size_t folder_length = (size_t)(vt_base_name(desc->source) - desc->source);
@@ -270,7 +283,7 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
 
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
-  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap"};
+  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap", "Bundler", "matrices"};
   vt_capture_report own = {0}, *report = or_null ? or_null : &own;
   vt_photos photos = {0};
   char *root = NULL;

@@ -106,7 +106,8 @@ static const char *matte_name(vt_matte_mode mode) {
 }
 
 static const char *kind_name(vt_source_kind kind) {
-  return kind == VT_SOURCE_TRANSFORMS ? "transforms" : kind == VT_SOURCE_COLMAP ? "colmap" : "photographs";
+  static const char *const names[] = {"transforms", "colmap", "photographs", "bundler", "projections"};
+  return names[kind];
 }
 
 void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views,
