@@ -257,7 +257,7 @@ static int count_calls(place *p) {
   if (!vt_is_file(at(p, "tool/calls"))) return 0;
   assert_int_equal(vt_read_file(p->context, at(p, "tool/calls"), &text, &size), VT_OK);
   vt_free(p->context, text);
-  return (int)(size / 4);
+  return (int)(size / 8); // two attempts each time: 3 of 4 photographs are few
 }
 
 static void expect_calibration(place *p, const vt_capture_desc *desc, bool from_cache, int calls) {
