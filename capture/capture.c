@@ -300,7 +300,7 @@ static vt_status look_around(vt_context *context, const vt_photos *photos, vt_co
   vt_camera *cameras = VT_NEW(context, vt_camera, (size_t)photos->count);
   if (!cameras) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < photos->count; i++) cameras[i] = vt_photo_camera(&photos->items[i]);
-  vt_measure_coverage(cameras, photos->count, out);
+  vt_capture_coverage(cameras, photos->count, out);
   vt_free(context, cameras);
   if (!out->count) return VT_OK;
   return vt_warn_of_coverage(context, out, photos->items[out->gap_begin].name, photos->items[out->gap_end].name, warning_count,

@@ -39,7 +39,7 @@ typedef struct vt_coverage {
   int gap_begin, gap_end;    // the cameras on its sides
   double lowest, highest;    // degrees above the horizontal plane through that point
 } vt_coverage;
-void vt_measure_coverage(const vt_camera *cameras, int count, vt_coverage *out);
+void vt_capture_coverage(const vt_camera *cameras, int count, vt_coverage *out);
 
 typedef enum vt_source_kind { VT_SOURCE_TRANSFORMS, VT_SOURCE_COLMAP, VT_SOURCE_PHOTOS } vt_source_kind;
 typedef struct vt_capture_report {

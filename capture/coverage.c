@@ -61,7 +61,7 @@ static double dot(vt_vec3 a, vt_vec3 b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-void vt_measure_coverage(const vt_camera *cameras, int count, vt_coverage *out) {
+void vt_capture_coverage(const vt_camera *cameras, int count, vt_coverage *out) {
   const double degrees = 57.29577951308232;
   vt_vec3 centre, up;
   *out = (vt_coverage){0};
