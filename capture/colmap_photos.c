@@ -25,24 +25,28 @@ static bool same_camera(const vt_image_info *a, const vt_image_info *b) {
          near(a->focal_35mm, b->focal_35mm) && !strcmp(a->make, b->make) && !strcmp(a->model, b->model);
 }
 
-vt_status vt_group_photographs(vt_context *context, const char *folder, const vt_names *names, int *group,
-                               vt_image_info *infos, int *group_count) {
-  vt_image_info *first = VT_NEW(context, vt_image_info, (size_t)names->count), info;
-  vt_status status = first ? VT_OK : VT_OUT_OF_MEMORY;
-  *group_count = 0;
+vt_status vt_read_headers(vt_context *context, const char *folder, const vt_names *names, bool strict, vt_image_info *infos) {
+  vt_status status = VT_OK;
   for (int i = 0; i < names->count && !status; i++) {
     char *path = vt_join(context, folder, names->items[i]);
-    status = path ? vt_read_image_info(context, path, &info) : VT_OUT_OF_MEMORY;
+    status = path ? vt_read_image_info(context, path, &infos[i]) : VT_OUT_OF_MEMORY;
     vt_free(context, path);
-    if (status) break;
-    int g = 0;
-    while (g < *group_count && !same_camera(&info, &first[g])) g++;
-    if (g == *group_count) first[(*group_count)++] = info;
-    group[i] = g;
-    if (infos) infos[i] = info;
+    if (status != VT_BAD_INPUT || strict) continue;
+    infos[i] = (vt_image_info){.orientation = 1};
+    vt_clear_error(context);
+    status = VT_OK;
   }
-  vt_free(context, first);
   return status;
+}
+
+int vt_group_photographs(const vt_image_info *infos, int count, int *group) {
+  int groups = 0;
+  for (int i = 0; i < count; i++) {
+    int k = 0;
+    while (k < i && !same_camera(&infos[i], &infos[k])) k++;
+    group[i] = k < i ? group[k] : groups++;
+  }
+  return groups;
 }
 
 vt_status vt_write_photo_list(vt_context *context, const vt_names *names, const int *group, int which, const char *path) {

@@ -330,7 +330,8 @@ static vt_status prepare(ladder *l, const char *folder) {
   l->group = VT_NEW(c->context, int, count);
   vt_image_info *infos = VT_NEW(c->context, vt_image_info, count);
   vt_status status = c->photos && l->group && infos ? vt_probe_colmap(c) : VT_OUT_OF_MEMORY;
-  if (!status) status = vt_group_photographs(c->context, folder, c->names, l->group, infos, &l->group_count);
+  if (!status) status = vt_read_headers(c->context, folder, c->names, true, infos);
+  if (!status) l->group_count = vt_group_photographs(infos, c->names->count, l->group);
   for (size_t i = 0; i < count && !status; i++) {
     if (infos[i].width > longer) longer = infos[i].width;
     if (infos[i].height > longer) longer = infos[i].height;

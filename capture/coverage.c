@@ -10,7 +10,7 @@
 
 #include <math.h>
 
-// Solves a x = b for a symmetric positive a. False where it is singular.
+// Solves a x = b for a symmetric positive a with entries near 1. False where it is singular.
 static bool solve(const double a[3][3], const double b[3], double x[3]) {
   double minor[3][3], det = 0;
   for (int i = 0; i < 3; i++)
@@ -19,7 +19,7 @@ static bool solve(const double a[3][3], const double b[3], double x[3]) {
       minor[i][j] = a[r][t] * a[s][u] - a[r][u] * a[s][t];
     }
   for (int j = 0; j < 3; j++) det += a[0][j] * minor[0][j];
-  if (!(fabs(det) > 1e-30)) return false;
+  if (!(fabs(det) > 1e-9)) return false;
   for (int i = 0; i < 3; i++) x[i] = (minor[0][i] * b[0] + minor[1][i] * b[1] + minor[2][i] * b[2]) / det;
   return true;
 }
@@ -31,7 +31,7 @@ static bool find_centre(const vt_camera *cameras, int count, vt_vec3 *centre) {
     double c[3] = {p.x, p.y, p.z}, d[3] = {f.x, f.y, f.z};
     for (int j = 0; j < 3; j++)
       for (int k = 0; k < 3; k++) {
-        double m = (j == k) - d[j] * d[k];
+        double m = ((j == k) - d[j] * d[k]) / count;
         a[j][k] += m;
         b[j] += m * c[k];
       }

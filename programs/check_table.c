@@ -71,15 +71,6 @@ static void put_photos(vt_json_writer *json, const vt_check_report *r) {
   vt_json_close_array(json);
 }
 
-static void say_coverage(vt_session *session, const vt_check_report *r) {
-  const vt_coverage *c = &r->coverage;
-  if (c->count)
-    vt_say(session, "  coverage: %.0f degrees around the tree, the largest gap %.0f; %.0f to %.0f degrees above its middle\n",
-           c->around, c->largest_gap, c->lowest, c->highest);
-  else
-    vt_say(session, "  coverage: known when the cameras are found; run the check again then\n");
-}
-
 // What the work would take: level, memory, disk, time.
 static void advise(vt_session *session, const vt_check_report *r, vt_json_writer *json) {
   vt_reconstruct_desc desc = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_NORMAL);
@@ -122,7 +113,8 @@ vt_status vt_check_source(vt_session *session, const char *source) {
   vt_say(session, "%s: %d photographs, %.0f megapixels, %d kind%s of camera\n", source, r.count, r.megapixels, r.group_count,
          r.group_count == 1 ? "" : "s");
   say_photos(session, &r);
-  say_coverage(session, &r);
+  vt_say_coverage(session, &r.coverage);
+  if (!r.coverage.count) vt_say(session, "  coverage: known when the cameras are found; run the check again then\n");
   vt_json_writer json = vt_begin_report(session);
   vt_json_put_string(&json, "source", source);
   vt_json_put_integer(&json, "photographs_found", r.count);

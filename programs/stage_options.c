@@ -128,6 +128,15 @@ void vt_put_coverage(vt_json_writer *json, const vt_coverage *coverage) {
   vt_json_close_object(json);
 }
 
+void vt_say_coverage(vt_session *session, const vt_coverage *c) {
+  if (!c->count) return;
+  if (c->largest_gap < 60)
+    vt_say(session, "  coverage: all around the tree, the largest gap %.0f degrees", c->largest_gap);
+  else
+    vt_say(session, "  coverage: %.0f degrees around the tree", c->around);
+  vt_say(session, "; %.0f to %.0f degrees above its middle\n", c->lowest, c->highest);
+}
+
 void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views,
                       const vt_capture_report *report) {
   vt_json_put_string(json, "source", source);
@@ -152,10 +161,7 @@ void vt_say_source(vt_session *session, const char *source, const vt_views *view
          matte_name(report->matte));
   if (test) vt_say(session, ", %d kept for judging", test);
   vt_say(session, "\n");
-  const vt_coverage *c = &report->coverage;
-  if (c->count)
-    vt_say(session, "  they stand %.0f degrees around the tree, %.0f to %.0f degrees above its middle\n", c->around, c->lowest,
-           c->highest);
+  vt_say_coverage(session, &report->coverage);
   if (report->attempt_count > 1)
     for (int i = 0; i < report->attempt_count; i++) vt_say(session, "  attempt: %s\n", report->attempts[i]);
   for (int i = 0; i < report->left_out_count; i++) vt_say(session, "  left out: %s\n", report->left_out[i]);

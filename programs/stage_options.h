@@ -23,6 +23,7 @@ vt_status vt_load_source(vt_session *, const char *source, vt_views *out, vt_cap
 void vt_report_source(vt_json_writer *, const char *source, const vt_views *, const vt_capture_report *);
 void vt_put_sentences(vt_json_writer *, const char *key, int count, char *const *sentences);
 void vt_put_coverage(vt_json_writer *, const vt_coverage *); // nothing where it is not known
+void vt_say_coverage(vt_session *, const vt_coverage *);
 void vt_say_source(vt_session *, const char *source, const vt_views *, const vt_capture_report *);
 
 vt_compress_desc vt_compress_desc_of(const vt_arguments *);
