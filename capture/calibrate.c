@@ -90,12 +90,31 @@ static vt_status hash_photos(vt_context *context, const char *folder, const vt_n
   return status;
 }
 
+// Ignored pixels have no features, so what --ignore names is a part of the key.
+static vt_status hash_ignored(vt_context *context, const char *ignore, uint64_t *hash) {
+  vt_names names = {0};
+  const char *folder = vt_is_folder(ignore) ? ignore : "";
+  vt_status status = VT_OK;
+  if (*folder) {
+    status = vt_list_folder(context, ignore, true, &names);
+  } else {
+    names.items = VT_NEW(context, char *, 1);
+    if (names.items) names.items[0] = vt_strdup(context, ignore);
+    names.count = names.items && names.items[0];
+    if (!names.count) status = VT_OUT_OF_MEMORY;
+  }
+  if (!status) status = hash_photos(context, folder, &names, hash);
+  vt_free_names(context, &names);
+  return status;
+}
+
 static vt_status make_key(vt_context *context, const vt_capture_desc *desc, const char *folder, const vt_names *names,
                           uint64_t *key) {
   static const char version[] = "calibration 2"; // to be counted up when the ladder of colmap_run.c changes
   const char *program = desc->colmap ? desc->colmap : "colmap";
   *key = vt_hash(program, strlen(program) + 1, vt_hash(version, sizeof version, desc->seed));
-  return hash_photos(context, folder, names, key);
+  vt_status status = hash_photos(context, folder, names, key);
+  return status || !desc->ignore ? status : hash_ignored(context, desc->ignore, key);
 }
 
 // ---- reading and making

@@ -13,13 +13,16 @@
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
 #include "capture/keep_views.h"
-#include "capture/unregistered.h"
+#include "capture/masks.h"
 #include "capture/transforms.h"
+#include "capture/unregistered.h"
+#include "capture/world.h"
+#include "capture/write_cameras.h"
 
 #include <string.h>
 
 vt_capture_desc vt_default_capture_desc(void) {
-  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .colmap = "colmap"};
+  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .marker_cells = 4, .colmap = "colmap"};
 }
 
 void vt_free_capture_report(vt_context *context, vt_capture_report *report) {
@@ -117,12 +120,15 @@ static vt_status find_photos(vt_context *context, const vt_capture_desc *desc, c
   *folder = folder_in(context, desc->source, "images");
   if (*folder) {
     vt_status status = vt_list_photos(context, *folder, desc->masks, names);
+    if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
     if (status || names->count) return status;
     vt_free_names(context, names);
     vt_free(context, *folder);
   }
   *folder = vt_strdup(context, desc->source);
-  return *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  vt_status status = *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
+  return status;
 }
 
 static bool has_image(const vt_colmap_model *model, const char *name) {
@@ -307,6 +313,20 @@ static vt_status look_around(vt_context *context, const vt_photos *photos, vt_co
                              warnings);
 }
 
+vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, vt_camera_format format, const char *folder,
+                             int *count) {
+  VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source);
+  vt_capture_report report = {.reprojection_error = NAN};
+  source s = {0};
+  vt_status status = load_source(context, desc, &s, &report);
+  if (!status) status = vt_find_world(context, desc, report.kind == VT_SOURCE_TRANSFORMS, &s.photos);
+  if (!status) status = vt_export_photos(context, &s.photos, true, format, folder);
+  *count = s.photos.count;
+  free_source(context, &s);
+  vt_free_capture_report(context, &report);
+  return status;
+}
+
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
   static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap"};
@@ -319,12 +339,16 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) {
     vt_log(context, VT_LOG_NORMAL, "capture: %d photographs with cameras from %s%s", s.photos.count, kinds[report->kind],
            report->calibration_from_cache ? " (kept from before)" : "");
-    status = vt_choose_mattes(context, desc, s.root, &s.photos, report);
+    status = vt_find_ignored(context, desc->ignore, &s.photos);
   }
+  if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &s.photos);
+  vt_world world = s.photos.world;
+  if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, report);
   if (!status) status = look_around(context, &s.photos, &report->coverage, &report->warning_count, &report->warnings);
   double start = vt_seconds();
   if (!status) status = vt_develop_or_take(context, desc, &s.photos, report, out);
   report->seconds_developing = vt_seconds() - start;
+  if (!status) out->world = world;
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);
   free_source(context, &s);
@@ -376,7 +400,8 @@ vt_status vt_plan_capture(vt_context *context, const vt_capture_desc *desc, vt_c
   out->kind = report.kind;
   out->photograph_count = report.photograph_count;
   if (!status && s.known) {
-    status = vt_choose_mattes(context, desc, s.root, &s.photos, &report);
+    status = vt_find_ignored(context, desc->ignore, &s.photos);
+    if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, &report);
     if (!status) status = vt_find_developed(context, desc, &s.photos, &report, &out->views_kept, &out->views_cheap);
     megapixels = megapixels_of(&s.photos);
     for (int i = 0; i < s.photos.count; i++) out->view_bytes += view_bytes(desc, s.photos.items[i].width, s.photos.items[i].height);

@@ -184,6 +184,7 @@ vt_status vt_extract_features(vt_colmap *c, const vt_colmap_effort *effort, cons
       features, c->new_size ? "--FeatureExtraction.max_image_size" : "--SiftExtraction.max_image_size", size,
       c->new_options ? "--FeatureExtraction.use_gpu" : "--SiftExtraction.use_gpu", "0",
       c->new_options ? "--FeatureExtraction.num_threads" : "--SiftExtraction.num_threads", c->threads, NULL);
+  if (c->masks) add(&a, "--ImageReader.mask_path", c->masks, NULL);
   if (known) add(&a, "--ImageReader.existing_camera_id", camera, NULL);
   if (effort->affine)
     add(&a, "--SiftExtraction.estimate_affine_shape", "1", "--SiftExtraction.domain_size_pooling", "1", NULL);

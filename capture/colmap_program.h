@@ -27,7 +27,7 @@ typedef struct vt_colmap {
   int heard;               // the photograph that the extractor speaks of, or -1
   int features_before, features_wanted; // photographs, for progress over several calls of the extractor
   int registered;          // so far in this mapping, for progress
-  char *images;            // folder
+  char *images, *masks;    // folders; masks: black where no features are to be looked for, or NULL
   FILE *log;               // or NULL
   char last[512];          // the last line that said something
   bool last_is_error, help_seen;

@@ -16,6 +16,7 @@
 #include "capture/colmap_model.h"
 #include "capture/colmap_photos.h"
 #include "capture/colmap_program.h"
+#include "capture/masks.h"
 #include "capture/unregistered.h"
 
 #include <string.h>
@@ -322,7 +323,16 @@ static vt_status keep_model(ladder *l, const char *image_folder) {
   return status;
 }
 
-static vt_status prepare(ladder *l, const char *folder) {
+// What --ignore marks has no features. Photographs that have none marked need no mask.
+static vt_status write_masks(ladder *l, const vt_capture_desc *desc, const char *folder) {
+  int written = 0;
+  if (!desc->ignore) return VT_OK;
+  l->c.masks = in_workspace(l, "masks", -1, "");
+  if (!l->c.masks) return VT_OUT_OF_MEMORY;
+  return vt_write_colmap_masks(l->c.context, desc->ignore, folder, l->c.names, l->c.masks, &written);
+}
+
+static vt_status prepare(ladder *l, const vt_capture_desc *desc, const char *folder) {
   vt_colmap *c = &l->c;
   size_t count = (size_t)c->names->count;
   int longer = 0;
@@ -338,6 +348,7 @@ static vt_status prepare(ladder *l, const char *folder) {
   }
   vt_free(c->context, infos);
   if (!status) status = vt_make_readable(c->context, folder, c->names, l->workspace, &c->images);
+  if (!status) status = write_masks(l, desc, folder);
   if (!status)
     vt_log(c->context, VT_LOG_VERBOSE, "colmap %s: %d photographs of %d camera%s, on the CPU",
            c->version[0] ? c->version : "of unknown version", c->names->count, l->group_count, l->group_count == 1 ? "" : "s");
@@ -356,7 +367,7 @@ vt_status vt_run_colmap(vt_context *context, const vt_capture_desc *desc, const 
   l.c = (vt_colmap){.context = context, .program = desc->colmap ? desc->colmap : "colmap", .names = names, .heard = -1};
   snprintf(l.c.seed, sizeof l.c.seed, "%u", desc->seed & 0x7fffffffu);
   snprintf(l.c.threads, sizeof l.c.threads, "%d", vt_thread_count(context));
-  vt_status status = prepare(&l, image_folder);
+  vt_status status = prepare(&l, desc, image_folder);
   if (status == VT_OK) status = climb_all(&l);
   int best_count = l.best < 0 ? 0 : l.rungs[l.best].registered;
   if (status == VT_OK && best_count < 3)
@@ -368,6 +379,7 @@ vt_status vt_run_colmap(vt_context *context, const vt_capture_desc *desc, const 
   if (status == VT_OK) status = keep_model(&l, image_folder);
   if (l.c.log) fclose(l.c.log);
   vt_free(context, l.c.images);
+  vt_free(context, l.c.masks);
   vt_free(context, l.c.photos);
   vt_free(context, l.group);
   return status;

@@ -18,15 +18,15 @@
 #include <stdio.h>
 #include <string.h>
 
-// A view is its name, its head and its pixels. A member that is added to vt_view must be added to the head, too.
+// A view is its head and its pixels, behind them the map of what is ignored, if there is one. A member that is added to vt_view must be added to the head, too.
 typedef struct head {
   char magic[8];
   uint64_t pixels_hash, packed_size; // packed_size 0: the pixels stand as they are
-  int32_t width, height, channels, role;
+  int32_t width, height, channels, role, has_ignored;
   vt_camera camera;
 } head;
-_Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + sizeof(vt_image), "keep the new member");
-static const char magic[8] = "vtview1";
+_Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image), "keep the new member");
+static const char magic[8] = "vtview2";
 
 // ---- the key
 
@@ -50,14 +50,16 @@ static vt_status hash_photo(hashing *h, size_t i) {
   const vt_photo *p = &h->photos->items[i];
   const vt_lens *l = &p->lens;
   uint64_t hash = vt_hash(p->name, strlen(p->name) + 1, (uint64_t)p->role);
-  double numbers[8 + 8 + 12 + 4] = {l->model, l->width, l->height, l->fx, l->fy, l->cx, l->cy, p->orientation};
-  for (int k = 0; k < 8; k++) numbers[8 + k] = l->k[k];
-  for (int k = 0; k < 9; k++) numbers[16 + k] = p->rotation.m[k];
-  numbers[25] = p->translation.x, numbers[26] = p->translation.y, numbers[27] = p->translation.z;
-  numbers[28] = p->width, numbers[29] = p->height, numbers[30] = p->has_alpha, numbers[31] = p->mask != NULL;
+  enum { TERMS = sizeof l->k / sizeof *l->k };
+  double numbers[14 + TERMS + 12] = {l->model,     l->width,   l->height, l->fx,     l->fy,        l->cx,          l->cy,
+                                     p->orientation, p->upright, p->width,  p->height, p->has_alpha, p->mask != NULL, p->ignored != NULL};
+  for (int k = 0; k < TERMS; k++) numbers[14 + k] = l->k[k];
+  for (int k = 0; k < 9; k++) numbers[14 + TERMS + k] = p->rotation.m[k];
+  numbers[23 + TERMS] = p->translation.x, numbers[24 + TERMS] = p->translation.y, numbers[25 + TERMS] = p->translation.z;
   hash = vt_hash(numbers, sizeof numbers, hash);
   vt_status status = hash_file(h->context, p->path, &hash);
   if (!status && p->mask) status = hash_file(h->context, p->mask, &hash);
+  if (!status && p->ignored) status = hash_file(h->context, p->ignored, &hash);
   h->hashes[i] = hash;
   return status;
 }
@@ -98,29 +100,44 @@ static char *view_path(vt_context *context, const char *folder, int i) {
   return vt_join(context, folder, name);
 }
 
-static size_t pixel_bytes(const head *h) {
-  return (size_t)h->width * (size_t)h->height * (size_t)h->channels;
+static size_t pixel_bytes(const head *h) { // of the picture and of the map
+  return (size_t)h->width * (size_t)h->height * (size_t)(h->channels + h->has_ignored);
+}
+
+// Picture and map one behind the other. Free with vt_free.
+static uint8_t *join_pixels(vt_context *context, const vt_view *view, const head *h) {
+  size_t all = pixel_bytes(h), map = h->has_ignored ? (size_t)h->width * (size_t)h->height : 0;
+  uint8_t *out = vt_alloc(context, all, 1);
+  if (!out) return NULL;
+  memcpy(out, view->picture.pixels, all - map);
+  if (map) memcpy(out + all - map, view->ignored.pixels, map);
+  return out;
 }
 
 static vt_status write_view(vt_context *context, const vt_view *view, const char *path) {
-  head h = {.width = view->picture.width, .height = view->picture.height, .channels = view->picture.channels};
+  head h;
+  memset(&h, 0, sizeof h);
+  h.width = view->picture.width, h.height = view->picture.height, h.channels = view->picture.channels;
+  h.has_ignored = view->ignored.pixels != NULL;
+  uint8_t *pixels = join_pixels(context, view, &h), *packed = NULL;
   size_t size = pixel_bytes(&h), packed_size = 0;
-  uint8_t *packed = NULL;
+  if (!pixels) return VT_OUT_OF_MEMORY;
   memcpy(h.magic, magic, sizeof magic);
   h.role = (int32_t)view->role;
   h.camera = view->camera;
-  h.pixels_hash = vt_hash(view->picture.pixels, size, 0);
+  h.pixels_hash = vt_hash(pixels, size, 0);
   vt_status status = VT_OK;
-  if (vt_can_pack_bytes()) status = vt_pack_bytes(context, view->picture.pixels, size, 1, &packed, &packed_size);
+  if (vt_can_pack_bytes()) status = vt_pack_bytes(context, pixels, size, 1, &packed, &packed_size);
   h.packed_size = packed_size;
   size_t body = packed ? packed_size : size;
   uint8_t *bytes = status ? NULL : vt_alloc(context, sizeof h + body, 1);
   if (!status && !bytes) status = VT_OUT_OF_MEMORY;
   if (!status) {
     memcpy(bytes, &h, sizeof h);
-    memcpy(bytes + sizeof h, packed ? packed : view->picture.pixels, body);
+    memcpy(bytes + sizeof h, packed ? packed : pixels, body);
     status = vt_write_file(context, path, bytes, sizeof h + body);
   }
+  vt_free(context, pixels);
   vt_free(context, packed);
   vt_free(context, bytes);
   return status;
@@ -130,34 +147,48 @@ static vt_status refuse(vt_context *context, const char *path) {
   return vt_fail(context, VT_BAD_INPUT, "%s: damaged; it is made again", path);
 }
 
+static bool is_sound(const head *h, size_t body) {
+  return !memcmp(h->magic, magic, sizeof magic) && h->width > 0 && h->height > 0 && h->width <= 65535 && h->height <= 65535 &&
+         (h->channels == 3 || h->channels == 4) && (h->has_ignored == 0 || h->has_ignored == 1) &&
+         (h->role == VT_TRAIN || h->role == VT_TEST) && body == (h->packed_size ? h->packed_size : pixel_bytes(h));
+}
+
+static vt_status fill_view(vt_context *context, const head *h, const uint8_t *pixels, vt_view *out) {
+  size_t all = pixel_bytes(h), map = h->has_ignored ? (size_t)h->width * (size_t)h->height : 0;
+  out->role = (vt_role)h->role;
+  out->camera = h->camera;
+  vt_status status = vt_make_image(context, h->width, h->height, h->channels, &out->picture);
+  if (!status && map) status = vt_make_image(context, h->width, h->height, 1, &out->ignored);
+  if (status) return status;
+  memcpy(out->picture.pixels, pixels, all - map);
+  if (map) memcpy(out->ignored.pixels, pixels + all - map, map);
+  return VT_OK;
+}
+
 static vt_status read_view(vt_context *context, const char *path, vt_view *out) {
-  uint8_t *bytes = NULL;
+  uint8_t *bytes = NULL, *pixels = NULL;
   size_t size = 0;
   head h;
   vt_status status = vt_read_file(context, path, &bytes, &size);
   if (status) return status;
-  if (size < sizeof h) {
+  if (size >= sizeof h) memcpy(&h, bytes, sizeof h);
+  if (size < sizeof h || !is_sound(&h, size - sizeof h)) {
     status = refuse(context, path);
     goto done;
   }
-  memcpy(&h, bytes, sizeof h);
-  bool good = !memcmp(h.magic, magic, sizeof magic) && h.width > 0 && h.height > 0 && h.width <= 65535 && h.height <= 65535 &&
-              (h.channels == 3 || h.channels == 4) && (h.role == VT_TRAIN || h.role == VT_TEST);
-  if (!good || size - sizeof h != (h.packed_size ? h.packed_size : pixel_bytes(&h))) {
-    status = refuse(context, path);
-    goto done;
-  }
-  out->role = (vt_role)h.role;
-  out->camera = h.camera;
-  status = vt_make_image(context, h.width, h.height, h.channels, &out->picture);
-  if (!status && h.packed_size)
-    status = vt_unpack_bytes(context, bytes + sizeof h, size - sizeof h, out->picture.pixels, pixel_bytes(&h), path);
-  else if (!status)
-    memcpy(out->picture.pixels, bytes + sizeof h, pixel_bytes(&h));
-  if (!status && vt_hash(out->picture.pixels, pixel_bytes(&h), 0) != h.pixels_hash) status = refuse(context, path);
+  pixels = vt_alloc(context, pixel_bytes(&h), 1);
+  if (!pixels)
+    status = VT_OUT_OF_MEMORY;
+  else if (h.packed_size)
+    status = vt_unpack_bytes(context, bytes + sizeof h, size - sizeof h, pixels, pixel_bytes(&h), path);
+  else
+    memcpy(pixels, bytes + sizeof h, pixel_bytes(&h));
+  if (!status && vt_hash(pixels, pixel_bytes(&h), 0) != h.pixels_hash) status = refuse(context, path);
+  if (!status) status = fill_view(context, &h, pixels, out);
   if (!status) status = vt_check_camera(context, &out->camera, path);
 done:
   vt_free(context, bytes);
+  vt_free(context, pixels);
   return status;
 }
 
@@ -231,7 +262,7 @@ static void keep_views(vt_context *context, vt_views *views, const char *cache, 
 static bool need_only_be_read(const vt_photos *photos, const vt_capture_report *report) {
   if (report->matte != VT_MATTE_ALPHA && report->matte != VT_MATTE_NONE) return false;
   for (int i = 0; i < photos->count; i++)
-    if (!vt_lens_is_pinhole(&photos->items[i].lens)) return false;
+    if (!vt_lens_is_pinhole(&photos->items[i].lens) || photos->items[i].ignored) return false;
   return true;
 }
 

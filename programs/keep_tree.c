@@ -27,6 +27,7 @@ static uint64_t hash_desc(const vt_reconstruct_desc *d, uint64_t hash) {
 
 char *vt_kept_tree_path(vt_session *session, const vt_reconstruct_desc *desc, const vt_views *views) {
   vt_context *context = session->context;
+  _Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image), "hash the new member");
   uint64_t program = vt_program_hash(), bound = vt_memory_bound(context);
   if (!session->cache || desc->time_budget > 0 || !program || vt_wants_probes(context)) return NULL;
   uint64_t hash = vt_hash(&bound, sizeof bound, hash_desc(desc, program));
@@ -34,12 +35,14 @@ char *vt_kept_tree_path(vt_session *session, const vt_reconstruct_desc *desc, co
     const vt_view *view = &views->items[i];
     const vt_image *p = &view->picture;
     if (view->role != VT_TRAIN) continue;
-    double numbers[4 + 12 + 3] = {view->camera.fx, view->camera.fy, view->camera.cx, view->camera.cy};
+    double numbers[4 + 12 + 4] = {view->camera.fx, view->camera.fy, view->camera.cx, view->camera.cy};
     for (int k = 0; k < 9; k++) numbers[4 + k] = view->camera.rotation.m[k];
     numbers[13] = view->camera.translation.x, numbers[14] = view->camera.translation.y, numbers[15] = view->camera.translation.z;
     numbers[16] = p->width, numbers[17] = p->height, numbers[18] = p->channels;
+    numbers[19] = view->ignored.pixels != NULL;
     hash = vt_hash(numbers, sizeof numbers, hash);
     hash = vt_hash(p->pixels, (size_t)p->width * (size_t)p->height * (size_t)p->channels, hash);
+    if (view->ignored.pixels) hash = vt_hash(view->ignored.pixels, (size_t)p->width * (size_t)p->height, hash);
   }
   return vt_cache_entry(context, session->cache, "tree", hash);
 }
