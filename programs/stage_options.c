@@ -108,8 +108,8 @@ vt_status vt_load_source(vt_session *session, const char *source, vt_views *out,
   vt_begin_stage(session);
   vt_status status = vt_load_views(session->context, &desc, out, report);
   vt_end_stage(session, "load");
-  vt_trim_kept(session);
   if (status) return status;
+  vt_trim_kept(session);
   if (report->seconds_calibration > 0) vt_note_stage(session, "calibration", report->seconds_calibration, 0);
   double reading = report->seconds_developing - report->seconds_mattes;
   vt_note_stage(session, "reading", reading > 0 ? reading : 0, 0); // with undistortion

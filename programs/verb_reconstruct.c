@@ -101,7 +101,7 @@ static vt_status make_raw(vt_session *session, work *job, vt_tree *raw) {
     if (!status) vt_end_stage(session, "reconstruct");
     if (!status) note_stages(session, &job->reconstruction);
     if (!status) vt_keep_raw_tree(session, entry, raw, &job->reconstruction);
-    vt_trim_kept(session);
+    if (!status) vt_trim_kept(session);
   } else if (!status) {
     vt_end_stage(session, "reconstruct");
     vt_log(session->context, VT_LOG_NORMAL, "reconstruct: the raw tree is kept from before");

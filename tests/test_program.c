@@ -3,7 +3,8 @@
 #include "tests/program_run.h"
 
 static const char *const verbs[] = {"synth",  "capture", "reconstruct", "compress", "evaluate",
-                                    "render", "info",    "export",      "bench",    "play"};
+                                    "render", "info",    "export",      "bench",    "play",
+                                    "doctor"};
 #define VERB_COUNT (sizeof verbs / sizeof *verbs)
 
 // ---- the command line
