@@ -5,7 +5,8 @@
 // tree has fewer cells) and the program. What the clock decides (--time-budget) is never kept.
 // A raw .vtree holds corners and view textures exactly, but rounds the cells' own colours to bytes. What is compressed from the
 // cache must be what would have been compressed without it, so the cells' values stand in a second file as they are, and the
-// report in a third. These two are for this program on this machine, which the key makes sure of.
+// report in a third. These two are for this program on this machine, which the key makes sure of. Raw tiles of the papers'
+// methods can be gigabytes: a tree of more than a quarter of the cache is not kept.
 #include "programs/keep_tree.h"
 
 #include "base/cache.h"
@@ -147,7 +148,7 @@ void vt_keep_raw_tree(vt_session *session, const char *entry, const vt_tree *tre
   vt_context *context = session->context;
   char *made = NULL;
   paths p = {0};
-  if (!entry) return;
+  if (!entry || vt_texture_bytes(tree) > vt_bytes_of(&session->arguments, "cache-size", VT_CACHE_BYTES) / 4) return;
   vt_tree named = *tree; // a file has metadata
   if (!named.metadata) named.metadata = (char *)"{}";
   vt_status status = vt_make_folder(context, session->cache);

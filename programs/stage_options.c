@@ -99,7 +99,7 @@ vt_capture_desc vt_capture_desc_of(const vt_session *session, const char *source
 }
 
 void vt_trim_kept(vt_session *session) {
-  uint64_t most = vt_bytes_of(&session->arguments, "cache-size", 10000000000u);
+  uint64_t most = vt_bytes_of(&session->arguments, "cache-size", VT_CACHE_BYTES);
   if (session->cache) vt_trim_cache(session->context, session->cache, most, NULL);
 }
 

@@ -222,6 +222,63 @@ static void newer_versions_have_moved_the_size_too(void **state) {
   strike(&s);
 }
 
+static void what_is_to_be_ignored_gets_no_features(void **state) {
+  (void)state;
+  stage s = set_stage("[ $command = mapper ] && model \"$output/0\" 6; exit 0\n", 6, 32);
+  put_model(&s, 6);
+  char folder[160], path[200];
+  vt_image mask = {0};
+  snprintf(folder, sizeof folder, "%s/ignore", s.folder);
+  snprintf(path, sizeof path, "%s/003.png", folder);
+  assert_int_equal(mkdir(folder, 0700), 0);
+  assert_int_equal(vt_make_image(s.context, 32, 24, 1, &mask), VT_OK);
+  memset(mask.pixels, 255, 32 * 10); // the upper rows
+  assert_int_equal(vt_write_image(s.context, path, &mask), VT_OK);
+  vt_free_image(s.context, &mask);
+  s.desc.ignore = folder;
+  assert_int_equal(play(&s), VT_OK);
+  assert_int_equal(calls_of(&s, "--ImageReader.mask_path"), 1);
+  snprintf(path, sizeof path, "%s/masks/003.png.png", s.workspace);
+  assert_int_equal(vt_read_mask(s.context, path, &mask), VT_OK);
+  assert_true(mask.pixels[0] == 0 && mask.pixels[32 * 23] == 255); // black: no features
+  vt_free_image(s.context, &mask);
+  strike(&s);
+}
+
+static void what_colmap_says_is_shown_as_progress(void **state) {
+  (void)state;
+  stage s = set_stage("case $command in feature_extractor) sleep 0.15; echo 'Processed file [3/6]';; exhaustive_matcher) sleep 0.15; "
+                      "echo 'Matching block [2/2, 1/2]';; mapper) for i in 1 2 3 4; do sleep 0.15; echo \"Registering image #$i "
+                      "($i)\"; done; model \"$output/0\" 6;; esac; exit 0\n",
+                      6, 32);
+  put_model(&s, 6);
+  vt_context_desc desc = vt_default_context_desc();
+  desc.thread_count = 1;
+  desc.show_progress = true;
+  vt_context *quiet = s.context;
+  s.context = vt_create_context(&desc);
+  char path[160];
+  snprintf(path, sizeof path, "%s/said", s.folder);
+  fflush(stderr);
+  int before = dup(2);
+  assert_non_null(freopen(path, "w", stderr));
+  vt_status status = play(&s);
+  fflush(stderr);
+  dup2(before, 2);
+  close(before);
+  vt_destroy_context(s.context);
+  s.context = quiet;
+  assert_int_equal(status, VT_OK);
+  char *said = text_of(&s, "said");
+  char *features = strstr(said, "features "), *matching = strstr(said, "matching "), *mapping = strstr(said, "mapping ");
+  assert_true(features && matching > features && mapping > matching);
+  assert_non_null(strstr(features, " 50 %"));
+  assert_non_null(strstr(matching, " 50 %"));
+  assert_non_null(strstr(mapping, " 50 %")); // three of six
+  vt_free(s.context, said);
+  strike(&s);
+}
+
 // ---- going on
 
 static void features_that_were_interrupted_keep_their_camera(void **state) {
@@ -373,6 +430,8 @@ int main(void) {
       cmocka_unit_test(fewer_and_fewer_photographs_are_tried_harder_and_harder),
       cmocka_unit_test(many_photographs_are_matched_with_their_successors_first),
       cmocka_unit_test(newer_versions_have_moved_the_size_too),
+      cmocka_unit_test(what_is_to_be_ignored_gets_no_features),
+      cmocka_unit_test(what_colmap_says_is_shown_as_progress),
       cmocka_unit_test(features_that_were_interrupted_keep_their_camera),
       cmocka_unit_test(attempts_that_are_done_are_not_made_again),
       cmocka_unit_test(a_mapping_goes_on_from_its_last_whole_snapshot),
