@@ -110,7 +110,7 @@ static vt_status hash_ignored(vt_context *context, const char *ignore, uint64_t 
 
 static vt_status make_key(vt_context *context, const vt_capture_desc *desc, const char *folder, const vt_names *names,
                           uint64_t *key) {
-  static const char version[] = "calibration 2"; // to be counted up when the ladder of colmap_run.c changes
+  static const char version[] = "calibration 3"; // to be counted up when the ladder of colmap_run.c changes
   const char *program = desc->colmap ? desc->colmap : "colmap";
   *key = vt_hash(program, strlen(program) + 1, vt_hash(version, sizeof version, desc->seed));
   vt_status status = hash_photos(context, folder, names, key);

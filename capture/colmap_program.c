@@ -240,3 +240,17 @@ vt_status vt_map_photographs(vt_colmap *c, const vt_colmap_effort *effort, const
   c->registered = 0;
   return run_step(c, &a, "mapping", 1);
 }
+
+vt_status vt_filter_model(vt_colmap *c, const char *from, const char *to, double pixels) {
+  arguments a = {{0}, 0};
+  char most[16];
+  snprintf(most, sizeof most, "%g", pixels);
+  add(&a, c->program, "point_filtering", "--input_path", from, "--output_path", to, "--max_reproj_error", most, NULL);
+  return run_step(c, &a, "adjustment", 0);
+}
+
+vt_status vt_adjust_model(vt_colmap *c, const char *from, const char *to) {
+  arguments a = {{0}, 0};
+  add(&a, c->program, "bundle_adjuster", "--input_path", from, "--output_path", to, NULL);
+  return run_step(c, &a, "adjustment", 0);
+}

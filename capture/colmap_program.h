@@ -57,6 +57,9 @@ vt_status vt_forget_matches(vt_colmap *, const char *database);
 // failure, a crash is. Snapshots go into folder-snapshots.
 vt_status vt_map_photographs(vt_colmap *, const vt_colmap_effort *, const char *database, const char *folder,
                              const char *snapshot_or_null, const char *snapshots);
+// Takes observations out that err by more than `pixels`, or adjusts all cameras and points again. `to` must exist.
+vt_status vt_filter_model(vt_colmap *, const char *from, const char *to, double pixels);
+vt_status vt_adjust_model(vt_colmap *, const char *from, const char *to);
 
 #ifdef __cplusplus
 }

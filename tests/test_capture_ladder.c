@@ -54,13 +54,13 @@ static void put(FILE *file, const void *bytes, size_t size) {
   assert_int_equal(fwrite(bytes, 1, size, file), size);
 }
 
-// A model of the first `count` photographs, all from one camera, with one point that is seen exactly enough.
-static void put_model(stage *s, int count) {
+// A model of the first `count` photographs, all from one camera, with one point that errs by `error` pixels.
+static void put_model_named(stage *s, const char *name, int count, double error) {
   char folder[128], path[160];
-  snprintf(folder, sizeof folder, "%s/model-%d", s->folder, count);
+  snprintf(folder, sizeof folder, "%s/%s", s->folder, name);
   assert_int_equal(mkdir(folder, 0700), 0);
   uint64_t n = 1, size[2] = {8, 6}, many = (uint64_t)count;
-  double lens[4] = {10, 4, 3, 0}, pose[7] = {1, 0, 0, 0, 0, 0, 5}, place[4] = {0, 0, 0, 0.25};
+  double lens[4] = {10, 4, 3, 0}, pose[7] = {1, 0, 0, 0, 0, 0, 5}, place[4] = {0, 0, 0, error};
   uint32_t one = 1, model = 2; // SIMPLE_RADIAL
   snprintf(path, sizeof path, "%s/cameras.bin", folder);
   FILE *file = fopen(path, "wb");
@@ -85,6 +85,12 @@ static void put_model(stage *s, int count) {
   put(file, &n, 8), put(file, &n, 8), put(file, place, 24), put(file, rgb, 3), put(file, place + 3, 8), put(file, &track, 8);
   put(file, element, 8);
   fclose(file);
+}
+
+static void put_model(stage *s, int count) {
+  char name[32];
+  snprintf(name, sizeof name, "model-%d", count);
+  put_model_named(s, name, count, 0.25);
 }
 
 static stage set_stage(const char *body, int photographs, int side) {
@@ -158,6 +164,12 @@ static int calls_of(stage *s, const char *part) {
   return count;
 }
 
+static void shell_in(stage *s, const char *words) {
+  char command[400];
+  snprintf(command, sizeof command, "cd %s && %s", s->folder, words);
+  assert_int_equal(system(command), 0);
+}
+
 // ---- the rungs
 
 static void enough_photographs_need_one_attempt(void **state) {
@@ -219,6 +231,27 @@ static void newer_versions_have_moved_the_size_too(void **state) {
   assert_int_equal(calls_of(&s, "--FeatureExtraction.max_image_size 3200"), 1);
   assert_int_equal(calls_of(&s, "--SiftExtraction.max_num_features 4096"), 1);
   assert_int_equal(calls_of(&s, "--random_seed"), 0); // this one has none
+  strike(&s);
+}
+
+static void what_errs_is_taken_out_of_the_model_unless_that_costs_a_photograph(void **state) {
+  (void)state;
+  stage s = set_stage("[ $command = point_filtering ] && cp \"$here/better\"/* \"$output/\"\n"
+                      "[ $command = mapper ] && model \"$output/0\" 6; exit 0\n",
+                      6, 32);
+  put_model(&s, 6);
+  put_model_named(&s, "better", 6, 0.125);
+  assert_int_equal(play(&s), VT_OK);
+  assert_int_equal(calls_of(&s, "point_filtering --input_path"), 2);
+  assert_int_equal(calls_of(&s, "bundle_adjuster --input_path"), 1);
+  char *rungs = text_of(&s, "work/sparse/rungs.txt");
+  assert_non_null(strstr(rungs, "0.25 px, "));
+  assert_non_null(strstr(rungs, "0.12 px without what erred by more than 2 px"));
+  vt_free(s.context, rungs);
+  shell_in(&s, "cmp work/sparse/0/points3D.bin better/points3D.bin && rm -rf better work/* && mkdir -p work");
+  put_model_named(&s, "better", 5, 0.125);
+  assert_int_equal(play(&s), VT_OK);
+  shell_in(&s, "cmp work/sparse/0/points3D.bin model-6/points3D.bin");
   strike(&s);
 }
 
@@ -430,6 +463,7 @@ int main(void) {
       cmocka_unit_test(fewer_and_fewer_photographs_are_tried_harder_and_harder),
       cmocka_unit_test(many_photographs_are_matched_with_their_successors_first),
       cmocka_unit_test(newer_versions_have_moved_the_size_too),
+      cmocka_unit_test(what_errs_is_taken_out_of_the_model_unless_that_costs_a_photograph),
       cmocka_unit_test(what_is_to_be_ignored_gets_no_features),
       cmocka_unit_test(what_colmap_says_is_shown_as_progress),
       cmocka_unit_test(features_that_were_interrupted_keep_their_camera),
