@@ -163,8 +163,12 @@ static vt_status matte_photo(work *w, int i) {
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
   if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY) return VT_OK;
   const char *name = w->photos[i].name;
-  vt_status status = w->mode == VT_MATTE_SKY ? vt_matte_sky(w->context, picture, name, &matted)
-                                             : vt_matte_backdrop(w->context, picture, name, &matted);
+  int upright = w->photos[i].orientation > 1 ? 1 : w->photos[i].upright; // a sky comes from above
+  vt_status status = vt_turn_upright(w->context, upright, false, picture);
+  if (!status)
+    status = w->mode == VT_MATTE_SKY ? vt_matte_sky(w->context, picture, name, &matted)
+                                     : vt_matte_backdrop(w->context, picture, name, &matted);
+  if (!status) status = vt_turn_upright(w->context, upright, true, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;
