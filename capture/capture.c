@@ -8,6 +8,7 @@
 #include "capture/capture.h"
 #include "base/file.h"
 #include "base/image_file.h"
+#include "capture/bundler.h"
 #include "capture/calibrate.h"
 #include "capture/check.h"
 #include "capture/colmap_model.h"
@@ -253,7 +254,19 @@ static vt_status load_folder(vt_context *context, const vt_capture_desc *desc, s
   report->kind = found ? VT_SOURCE_COLMAP : VT_SOURCE_PHOTOS;
   report->photograph_count = out->names.count;
   out->known = found;
-  if (!status && !found) status = calibrate_photos(context, desc, out, &calibration, report);
+  if (!status && !found) {
+    char *bundle = file_in(context, desc->source, "bundle.out");
+    if (bundle || vt_has_projections(context, out->folder, &out->names)) {
+      report->kind = bundle ? VT_SOURCE_BUNDLER : VT_SOURCE_PROJECTIONS;
+      out->known = true;
+      report->photograph_count = 0; // counted by the readers
+      status = bundle ? vt_read_bundler(context, bundle, &out->photos, report)
+                      : vt_read_projections(context, out->folder, &out->names, &out->photos, report);
+      vt_free(context, bundle);
+      goto done;
+    }
+    status = calibrate_photos(context, desc, out, &calibration, report);
+  }
   if (!status && out->known)
     status = take_model(context, &calibration.model, out->folder, &out->names, calibration.left_out, &out->photos, report);
 done:
@@ -262,9 +275,9 @@ done:
   return status;
 }
 
-static bool is_json_name(const char *path) {
-  size_t length = strlen(path);
-  return length > 5 && !strcmp(path + length - 5, ".json");
+static bool ends_with(const char *path, const char *ending) {
+  size_t length = strlen(path), n = strlen(ending);
+  return length > n && !strcmp(path + length - n, ending);
 }
 
 static vt_status load_source(vt_context *context, const vt_capture_desc *desc, source *out, vt_capture_report *report) {
@@ -276,7 +289,12 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, s
                    "%s: no such folder; give a folder of photographs, a COLMAP workspace, or a "
                    "folder with transforms.json",
                    desc->source);
-  if (!is_json_name(desc->source))
+  if (ends_with(desc->source, ".out")) {
+    report->kind = VT_SOURCE_BUNDLER;
+    out->known = true;
+    return vt_read_bundler(context, desc->source, &out->photos, report);
+  }
+  if (!ends_with(desc->source, ".json"))
     return vt_fail(context, VT_BAD_INPUT, "%s: a file; give the folder of photographs, or a transforms.json",
                    desc->source);
   size_t folder_length = (size_t)(vt_base_name(desc->source) - desc->source);
@@ -329,7 +347,7 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
 
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
-  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap"};
+  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap", "Bundler", "matrices"};
   vt_capture_report own = {0}, *report = or_null ? or_null : &own;
   source s = {0};
   *report = (vt_capture_report){.reprojection_error = NAN};

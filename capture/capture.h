@@ -20,7 +20,7 @@ typedef enum vt_matte_mode {
 
 typedef struct vt_capture_desc {
   uint32_t cookie;
-  const char *source;      // a folder of photographs, a COLMAP workspace, a folder with transforms*.json, or such a file
+  const char *source;      // a folder of photographs, a COLMAP workspace, a folder with transforms*.json or bundle.out, or such a file
   vt_matte_mode matte;     //
   const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
@@ -46,7 +46,13 @@ typedef struct vt_coverage {
 } vt_coverage;
 void vt_capture_coverage(const vt_camera *cameras, int count, vt_coverage *out);
 
-typedef enum vt_source_kind { VT_SOURCE_TRANSFORMS, VT_SOURCE_COLMAP, VT_SOURCE_PHOTOS } vt_source_kind;
+typedef enum vt_source_kind {
+  VT_SOURCE_TRANSFORMS,
+  VT_SOURCE_COLMAP,
+  VT_SOURCE_PHOTOS,
+  VT_SOURCE_BUNDLER,
+  VT_SOURCE_PROJECTIONS // 3x4 matrices beside the photographs
+} vt_source_kind;
 typedef struct vt_capture_report {
   vt_source_kind kind;
   vt_matte_mode matte;           // the mode that was used
@@ -65,7 +71,7 @@ typedef struct vt_capture_report {
 void vt_free_capture_report(vt_context *, vt_capture_report *);
 
 // Recognises what `source` is (transforms.json, or transforms_train.json with transforms_test.json whose views get
-// VT_TEST; then sparse/0 or sparse with images; then photographs alone), uses what is there and makes the rest:
+// VT_TEST; then sparse/0 or sparse with images; then bundle.out, then matrices; then photographs alone), uses what is there and makes the rest:
 // calibration by the colmap program, undistortion, mattes, foreground colours. Pictures come undistorted, straight RGBA.
 // VT_BAD_INPUT naming the file, VT_TOO_FEW_VIEWS (< 3), VT_MISSING_PROGRAM, VT_CANCELLED. `out` freed by the caller.
 vt_status vt_load_views(vt_context *, const vt_capture_desc *, vt_views *out, vt_capture_report *or_null);

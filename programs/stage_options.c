@@ -123,7 +123,8 @@ static const char *matte_name(vt_matte_mode mode) {
 }
 
 static const char *kind_name(vt_source_kind kind) {
-  return kind == VT_SOURCE_TRANSFORMS ? "transforms" : kind == VT_SOURCE_COLMAP ? "colmap" : "photographs";
+  static const char *const names[] = {"transforms", "colmap", "photographs", "bundler", "projections"};
+  return names[kind];
 }
 
 void vt_put_sentences(vt_json_writer *json, const char *key, int count, char *const *sentences) {
