@@ -17,6 +17,7 @@
 #include "base/image_file.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
+#include "capture/situation.h"
 
 #include <string.h>
 
@@ -69,6 +70,21 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
   return status;
 }
 
+// By what most photographs show. Clutter is an end: mattes that disagree cost hours and give a fog.
+static vt_status recognise(vt_context *context, const char *root, const vt_photos *photos, vt_matte_mode *mode,
+                           vt_capture_report *report) {
+  vt_situation situation = VT_SITUATION_CLUTTER;
+  vt_status status = vt_recognise_situation(context, photos, &situation, report->matte_evidence);
+  if (status) return status;
+  vt_log(context, VT_LOG_NORMAL, "mattes: %s", report->matte_evidence);
+  *mode = situation == VT_SITUATION_SKY ? VT_MATTE_SKY : VT_MATTE_BACKDROP;
+  if (situation != VT_SITUATION_CLUTTER) return VT_OK;
+  return vt_fail(context, VT_BAD_INPUT,
+                 "%s: the tree stands before clutter, not before a plain backdrop or the sky: %s; give masks (--masks FOLDER, white "
+                 "where the tree is), or insist with --matte backdrop, sky or none",
+                 root, report->matte_evidence);
+}
+
 vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
                            vt_capture_report *report) {
   static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "none: everything is tree"};
@@ -88,8 +104,9 @@ vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, con
                      "%s: no mask fits a photograph; name them as the photographs, as in masks/%s.png, white where the "
                      "tree is",
                      by_user ? desc->masks : root, photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
-    mode = found ? VT_MATTE_MASKS : VT_MATTE_BACKDROP;
+    mode = found ? VT_MATTE_MASKS : mode;
   }
+  if (!status && mode == VT_MATTE_AUTO) status = recognise(context, root, photos, &mode, report);
   if (status) return status;
   report->matte = mode;
   vt_log(context, VT_LOG_NORMAL, "mattes: %s", names[mode]);
@@ -145,7 +162,13 @@ static vt_status matte_photo(work *w, int i) {
   vt_image *picture = &w->views[i].picture, matted = {0};
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
   if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY) return VT_OK;
-  vt_status status = vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
+  const char *name = w->photos[i].name;
+  int upright = w->photos[i].orientation > 1 ? 1 : w->photos[i].upright; // a sky comes from above
+  vt_status status = vt_turn_upright(w->context, upright, false, picture);
+  if (!status)
+    status = w->mode == VT_MATTE_SKY ? vt_matte_sky(w->context, picture, name, &matted)
+                                     : vt_matte_backdrop(w->context, picture, name, &matted);
+  if (!status) status = vt_turn_upright(w->context, upright, true, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;

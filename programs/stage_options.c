@@ -157,6 +157,7 @@ void vt_report_source(vt_json_writer *json, const char *source, const vt_views *
   vt_json_put_string(json, "source", source);
   vt_json_put_string(json, "source_kind", kind_name(report->kind));
   vt_json_put_string(json, "matte", matte_name(report->matte));
+  vt_json_put_string(json, "matte_evidence", report->matte_evidence);
   vt_json_put_integer(json, "photographs_found", report->photograph_count);
   vt_json_put_integer(json, "photographs_used", vt_count_views(views, VT_TRAIN));
   vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));
