@@ -102,13 +102,6 @@ vt_camera vt_photo_camera(const vt_photo *photo) {
                      lens->cx,    lens->cy,     photo->rotation, photo->translation};
 }
 
-bool vt_lens_is_pinhole(const vt_lens *lens) {
-  if (lens->model == VT_LENS_PINHOLE) return true;
-  if (lens->model == VT_LENS_FISHEYE) return false;
-  for (int i = 0; i < 8; i++)
-    if (lens->k[i] != 0) return false;
-  return true;
-}
 
 vt_status vt_leave_out(vt_context *context, vt_capture_report *report, const char *name, const char *why) {
   char **items = vt_realloc(context, report->left_out, (size_t)report->left_out_count + 1, sizeof *items);

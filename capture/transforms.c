@@ -99,13 +99,7 @@ static vt_status read_distortion(vt_context *context, const frame_source *s, vt_
     vt_status status = get_number(context, s, keys[i], &lens->k[i]);
     if (status) return status;
   }
-  double k4 = 0; // of r^8, where OpenCV's k4 stands under the fraction line
-  vt_status status = is_fisheye ? VT_OK : get_number(context, s, "k4", &k4);
-  if (!status && k4 != 0)
-    status =
-        vt_fail(context, VT_BAD_INPUT,
-                "%s: k4 of a lens that is no fisheye cannot be used; calibrate without it, or undistort the pictures",
-                s->where);
+  vt_status status = is_fisheye ? VT_OK : get_number(context, s, "k4", &lens->k[8]); // of r^8; OpenCV's k4 is another
   if (!status && vt_lens_is_pinhole(lens)) lens->model = VT_LENS_PINHOLE;
   return status;
 }
