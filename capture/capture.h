@@ -15,6 +15,7 @@ typedef enum vt_matte_mode {
   VT_MATTE_MASKS,    // mask files: mask_path, masks/a.jpg.png, masks/a.png, a.mask.png, a_mask.png
   VT_MATTE_BACKDROP, // plain backdrop, dark or light
   VT_MATTE_SKY,      // sky behind: the backdrop is a smooth bright gradient
+  VT_MATTE_CLUTTER,  // anything behind and beside: what stands where the cameras look, and strokes that a user drew
   VT_MATTE_NONE      // everything is tree (alpha 1)
 } vt_matte_mode;
 
@@ -24,6 +25,7 @@ typedef struct vt_capture_desc {
   vt_matte_mode matte;     //
   const char *masks;       // folder of masks, white = tree; NULL: the usual places
   bool invert_masks;       // black = tree
+  const char *scribbles;   // folder of strokes on some photographs: green or white tree, red or black not; NULL: none
   const char *colmap;      // program; default "colmap", found on PATH
   const char *cache;       // folder where calibrations are kept by content of the photographs; NULL: none
   int max_image_size;      // pixels, longer side of the pictures that are returned; 0: as they are

@@ -12,6 +12,7 @@
 #include "capture/develop.h"
 #include "base/file.h"
 #include "base/image_file.h"
+#include "capture/clutter.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
 
@@ -67,10 +68,11 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
 
 vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
                            vt_capture_report *report) {
-  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "none: everything is tree"};
+  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "clutter", "none: everything is tree"};
   vt_matte_mode mode = desc->matte;
   bool by_user = desc->masks != NULL;
   vt_status status = VT_OK;
+  if (mode == VT_MATTE_AUTO && desc->scribbles) mode = VT_MATTE_CLUTTER; // who draws wants it to be used
   if (mode == VT_MATTE_AUTO && !by_user) {
     bool alpha = false;
     status = find_alpha(context, photos, &alpha);
@@ -104,12 +106,13 @@ typedef struct work {
   vt_matte_mode mode;
   vt_photo *photos; // of this batch
   vt_view *views;
+  const vt_clutter *clutter; // of all photographs
+  int first;                 // place of this batch among them
   double border_share[MAX_BATCH], seconds[MAX_BATCH]; // seconds: of the matte
   vt_status status[MAX_BATCH];
 } work;
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
-static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
+vt_status vt_turn_picture(vt_context *context, int orientation, vt_image *picture) {
   vt_image out = {0};
   vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
   if (status) return status;
@@ -142,7 +145,7 @@ static vt_status read_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_image *picture = &w->views[i].picture;
   vt_status status = vt_read_image(w->context, photo->path, picture);
-  if (!status && photo->orientation > 1) status = turn(w->context, photo->orientation, picture);
+  if (!status && photo->orientation > 1) status = vt_turn_picture(w->context, photo->orientation, picture);
   if (status) return status;
   if (picture->width != photo->width || picture->height != photo->height)
     return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
@@ -161,8 +164,10 @@ static vt_status read_photo(work *w, int i) {
 static vt_status matte_photo(work *w, int i) {
   vt_image *picture = &w->views[i].picture, matted = {0};
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
-  if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY) return VT_OK;
-  vt_status status = vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
+  if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY && w->mode != VT_MATTE_CLUTTER) return VT_OK;
+  vt_status status = w->mode == VT_MATTE_CLUTTER
+                         ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
+                         : vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;
@@ -252,13 +257,17 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
                             vt_capture_report *report, vt_views *out) {
   int batch = choose_batch(context, photos), inverted = 0;
   int busy = batch < vt_thread_count(context) ? batch : vt_thread_count(context);
+  vt_clutter clutter = {0};
   out->items = VT_NEW(context, vt_view, (size_t)photos->count);
   if (!out->items) return VT_OUT_OF_MEMORY;
   out->count = photos->count;
-  vt_status status = VT_OK;
+  double start = vt_seconds();
+  vt_status status =
+      report->matte == VT_MATTE_CLUTTER ? vt_separate_clutter(context, photos, desc->scribbles, &clutter) : VT_OK;
+  report->seconds_mattes += vt_seconds() - start;
   for (int first = 0; first < photos->count && !status; first += batch) {
     int count = photos->count - first < batch ? photos->count - first : batch;
-    work w = {context, desc, report->matte, photos->items + first, out->items + first, {0}, {0}, {0}};
+    work w = {context, desc, report->matte, photos->items + first, out->items + first, &clutter, first, {0}, {0}, {0}};
     status = vt_parallel(context, (size_t)count, 1, develop_block, &w);
     if (!status) status = develop_again(&w, count);
     for (int i = 0; i < count; i++) {
@@ -274,6 +283,7 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;
   }
+  vt_free_clutter(context, &clutter);
   if (status) vt_free_views(context, out);
   return status;
 }

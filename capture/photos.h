@@ -5,6 +5,7 @@
 
 #include "base/views.h"
 #include "capture/capture.h"
+#include "capture/landmarks.h"
 #include "capture/lens.h"
 
 #ifdef __cplusplus
@@ -25,6 +26,7 @@ typedef struct vt_photo {
 typedef struct vt_photos {
   int count, capacity;
   vt_photo *items; // owned
+  vt_landmarks landmarks; // seen_by: places in items; none where the source has none
 } vt_photos;
 
 // A zeroed photograph behind the others; NULL only without memory. Pointers to earlier ones become invalid.

@@ -25,7 +25,7 @@ const vt_option vt_common_options[] = {
     {0}};
 
 // The words stand in the order of vt_matte_mode.
-#define MATTE_WORDS "auto|alpha|masks|backdrop|sky|none"
+#define MATTE_WORDS "auto|alpha|masks|backdrop|sky|clutter|none"
 const vt_option vt_source_options[] = {
     {"matte", 0, VT_OPTION_CHOICE, MATTE_WORDS, 0, 0, false,
      "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
@@ -33,6 +33,8 @@ const vt_option vt_source_options[] = {
     {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks, white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
+    {"scribble", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "folder of strokes on some of the photographs, named as they are: green or white is tree, red or black is not"},
     {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
      "reduce photographs to at most N pixels on the longer side"},
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
@@ -74,6 +76,7 @@ vt_status vt_load_source(vt_session *session, const char *source, vt_views *out,
   desc.matte = (vt_matte_mode)vt_choice_of(arguments, "matte", (int)desc.matte);
   desc.masks = vt_text_of(arguments, "masks", desc.masks);
   desc.invert_masks = vt_given(arguments, "invert-masks");
+  desc.scribbles = vt_text_of(arguments, "scribble", desc.scribbles);
   desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
   desc.colmap = vt_text_of(arguments, "colmap", desc.colmap);
   desc.cache = session->cache;
@@ -87,7 +90,7 @@ vt_status vt_load_source(vt_session *session, const char *source, vt_views *out,
 }
 
 static const char *matte_name(vt_matte_mode mode) {
-  static const char *const names[] = {"auto", "alpha", "masks", "backdrop", "sky", "none"};
+  static const char *const names[] = {"auto", "alpha", "masks", "backdrop", "sky", "clutter", "none"};
   return names[mode];
 }
 

@@ -1,0 +1,325 @@
+// clutter_colours.c - which pixels look like the tree, by colours learned where it is known
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Landmarks and strokes say of some thousand pixels of a photograph what they are, and smooth areas are rest
+// (clutter_texture.c). From these, and from the second round on
+// from all pixels as they were labelled last, each colour learns how often it is tree, near here and in general:
+//   p(c, x) = (T(c, x) + kappa g(c)) / (T(c, x) + R(c, x) + kappa)
+// T and R are masses of tree and rest in cells of CIELab times position (a bilateral grid [Paris, Durand 2006], blurred by
+// [1 2 1] and read linearly), and g is the same over all photographs, without position and with equal masses of both: what
+// nobody labelled nearby is judged by the colours of the whole capture. The nearness matters: the same green is tree in the
+// middle and a neighbour's leaf at the side. p becomes the prior of a random walk (clutter_walk.c), less sure where p is
+// near a half; where the other photographs do not allow a tree (clutter_region.c), p falls.
+
+#include "capture/clutter.h"
+#include "base/lab.h"
+#include "capture/scribbles.h"
+
+#include <string.h>
+
+enum { L_BINS = 10, C_BINS = 14, COLOURS = L_BINS * C_BINS * C_BINS, COLUMNS = 12, ROWS = 12, PLACES = COLUMNS * ROWS, LANES = 16 };
+#define KAPPA 30.0f        // pixels
+#define SEED_WEIGHT 4.0f   // of a pixel at a landmark or a stroke, beside one that only was labelled so
+#define FEWER 0.7f         // odds of tree where nothing is known
+#define MOST_SMOOTH 0.8f
+#define STROKE_CONFIDENCE 1000.0f
+#define PRIOR_CONFIDENCE 0.5f
+#define SEED_CONFIDENCE 0.5f
+
+typedef struct masses {
+  float *tree, *rest; // [places][COLOURS]
+} masses;
+
+typedef struct label_job {
+  vt_context *context;
+  vt_clutter *clutter;
+  const vt_landmarks *landmarks;
+  const float *log_odds;
+  int round;
+  size_t *first;    // [count + 1] of the landmarks that a photograph sees
+  uint32_t *points; // [seen_count]
+  float linear[256];
+  masses lanes[LANES]; // over all photographs, one place
+  float *general;      // [COLOURS] g
+  vt_status *status;   // [count]
+} label_job;
+
+// ---- the grid
+
+typedef struct taps {
+  int low[5];
+  float share[5]; // of the higher one
+} taps;
+
+static void take_tap(taps *t, int axis, float at, int bins) { // at in bins, centres at halves
+  at -= 0.5f;
+  if (at < 0) at = 0;
+  if (at > (float)(bins - 1)) at = (float)(bins - 1);
+  t->low[axis] = (int)at < bins - 1 ? (int)at : bins - 2;
+  t->share[axis] = at - (float)t->low[axis];
+}
+
+static taps taps_of(const float *lab, float x, float y) { // x, y: share of the picture
+  taps t;
+  take_tap(&t, 0, y * ROWS, ROWS);
+  take_tap(&t, 1, x * COLUMNS, COLUMNS);
+  take_tap(&t, 2, lab[0] * (L_BINS / 100.0f), L_BINS);
+  take_tap(&t, 3, (lab[1] + 50) * (C_BINS / 100.0f), C_BINS);
+  take_tap(&t, 4, (lab[2] + 50) * (C_BINS / 110.0f), C_BINS);
+  return t;
+}
+
+static float read_colour(const float *cells, const taps *t) {
+  float sum = 0;
+  for (int k = 0; k < 8; k++) {
+    int l = k & 1, a = k >> 1 & 1, b = k >> 2;
+    float w = (l ? t->share[2] : 1 - t->share[2]) * (a ? t->share[3] : 1 - t->share[3]) * (b ? t->share[4] : 1 - t->share[4]);
+    sum += w * cells[((t->low[2] + l) * C_BINS + t->low[3] + a) * C_BINS + t->low[4] + b];
+  }
+  return sum;
+}
+
+static float read_cell(const float *cells, const taps *t) {
+  float sum = 0;
+  for (int k = 0; k < 4; k++) {
+    int v = k & 1, u = k >> 1;
+    float w = (v ? t->share[0] : 1 - t->share[0]) * (u ? t->share[1] : 1 - t->share[1]);
+    if (w > 0) sum += w * read_colour(cells + (size_t)((t->low[0] + v) * COLUMNS + t->low[1] + u) * COLOURS, t);
+  }
+  return sum;
+}
+
+static void blur_axis(float *cells, size_t count, size_t stride, int length) { // in place, a line of cells at a time
+  for (size_t i = 0; i < count; i++) {
+    if ((i / stride) % (size_t)length) continue;
+    float before = cells[i];
+    for (int n = 0; n < length; n++) {
+      float *at = &cells[i + (size_t)n * stride], own = *at, next = n + 1 < length ? at[stride] : own;
+      *at = 0.25f * before + 0.5f * own + 0.25f * next;
+      before = own;
+    }
+  }
+}
+
+static void blur_colours(float *cells, size_t places) {
+  blur_axis(cells, places * COLOURS, 1, C_BINS);
+  blur_axis(cells, places * COLOURS, C_BINS, C_BINS);
+  blur_axis(cells, places * COLOURS, C_BINS * C_BINS, L_BINS);
+}
+
+static void blur_places(float *cells) {
+  blur_axis(cells, (size_t)PLACES * COLOURS, COLOURS, COLUMNS);
+  blur_axis(cells, (size_t)PLACES * COLOURS, (size_t)COLUMNS * COLOURS, ROWS);
+}
+
+// ---- learning
+
+static size_t nearest_colour(const taps *t) {
+  int n[3];
+  for (int i = 0; i < 3; i++) n[i] = t->low[2 + i] + (t->share[2 + i] > 0.5f);
+  return (size_t)((n[0] * C_BINS + n[1]) * C_BINS + n[2]);
+}
+
+// p: how surely tree; places is 1 or PLACES.
+static void learn_pixel(masses *m, int places, const taps *t, float p, float weight) {
+  int v = t->low[0] + (t->share[0] > 0.5f), u = t->low[1] + (t->share[1] > 0.5f);
+  size_t cell = (places > 1 ? (size_t)(v * COLUMNS + u) * COLOURS : 0) + nearest_colour(t);
+  m->tree[cell] += weight * p;
+  m->rest[cell] += weight * (1 - p);
+}
+
+static float chance(float log_odds) {
+  return 1 / (1 + expf(-log_odds));
+}
+
+// Calls for every pixel that something is known of: 3 x 3 around landmarks, strokes, and labelled ones after the first round.
+static void learn_photo(const label_job *job, int i, const float *lab, const float *smooth, masses *m, int places) {
+  const vt_clutter_photo *photo = &job->clutter->photos[i];
+  int width = photo->picture.width, height = photo->picture.height;
+  for (size_t s = job->first[i]; s < job->first[i + 1]; s++) {
+    uint32_t k = job->points[s];
+    double pixel[2];
+    if (!vt_clutter_project(photo, job->landmarks->items[k].position, pixel)) continue;
+    float p = chance(job->log_odds[k]), sure = fabsf(2 * p - 1);
+    for (int y = (int)pixel[1] - 1; y <= (int)pixel[1] + 1; y++)
+      for (int x = (int)pixel[0] - 1; x <= (int)pixel[0] + 1; x++) {
+        if (x < 0 || y < 0 || x >= width || y >= height) continue;
+        taps t = taps_of(lab + 3 * ((size_t)y * (size_t)width + (size_t)x), (float)x / (float)width, (float)y / (float)height);
+        learn_pixel(m, places, &t, p, SEED_WEIGHT * sure);
+      }
+  }
+  for (int y = 0; y < height; y++)
+    for (int x = 0; x < width; x++) {
+      size_t at = (size_t)y * (size_t)width + (size_t)x;
+      bool said = photo->said && photo->said[at] != VT_SAID_NOTHING;
+      float p = said ? (photo->said[at] == VT_SAID_TREE ? 1 : 0) : job->round ? (float)photo->tree[at] / 255 : 0;
+      float sure = job->round ? fabsf(2 * p - 1) : smooth[at];
+      if (!said && sure < 0.2f) continue;
+      taps t = taps_of(lab + 3 * at, (float)x / (float)width, (float)y / (float)height);
+      learn_pixel(m, places, &t, p, said ? SEED_WEIGHT : sure);
+    }
+}
+
+static vt_status look_at_photo(const label_job *job, const vt_image *picture, float **lab, float **smooth) {
+  size_t count = (size_t)picture->width * (size_t)picture->height;
+  *lab = VT_NEW(job->context, float, 3 * count);
+  *smooth = VT_NEW(job->context, float, count);
+  if (!*lab || !*smooth) return VT_OUT_OF_MEMORY;
+  vt_lab_from_bytes(job->linear, picture->pixels, 3, count, *lab);
+  return vt_find_smooth(job->context, picture->width, picture->height, *lab, *smooth);
+}
+
+// Photographs go to fixed lanes, which are added in their order: the same sums for any number of threads.
+static void learn_lane(void *user, size_t begin, size_t end, int worker) {
+  label_job *job = user;
+  (void)worker;
+  for (size_t lane = begin; lane < end; lane++)
+    for (int i = (int)lane; i < job->clutter->count; i += LANES) {
+      float *lab = NULL, *smooth = NULL;
+      job->status[i] = look_at_photo(job, &job->clutter->photos[i].picture, &lab, &smooth);
+      if (!job->status[i]) learn_photo(job, i, lab, smooth, &job->lanes[lane], 1);
+      vt_free(job->context, lab);
+      vt_free(job->context, smooth);
+    }
+}
+
+static void finish_general(label_job *job) {
+  float *tree = job->lanes[0].tree, *rest = job->lanes[0].rest, sums[2] = {0};
+  for (int lane = 1; lane < LANES; lane++)
+    for (size_t i = 0; i < COLOURS; i++) tree[i] += job->lanes[lane].tree[i], rest[i] += job->lanes[lane].rest[i];
+  blur_colours(tree, 1);
+  blur_colours(rest, 1);
+  for (size_t i = 0; i < COLOURS; i++) sums[0] += tree[i], sums[1] += rest[i];
+  float ratio = sums[0] > 0 && sums[1] > 0 ? sums[1] / sums[0] : 1, least = 1e-5f * (sums[0] + sums[1]) + 1e-6f;
+  for (size_t i = 0; i < COLOURS; i++) job->general[i] = (tree[i] * ratio + least) / (tree[i] * ratio + rest[i] + 2 * least);
+}
+
+// ---- labelling
+
+static float possible_at(const vt_image *possible, float x, float y) { // x, y: share of the picture
+  float u = x * (float)possible->width - 0.5f, v = y * (float)possible->height - 0.5f, sum = 0;
+  int u0 = (int)floorf(u), v0 = (int)floorf(v);
+  for (int k = 0; k < 4; k++) {
+    int a = u0 + (k & 1), b = v0 + (k >> 1);
+    float w = (k & 1 ? u - (float)u0 : 1 - u + (float)u0) * (k >> 1 ? v - (float)v0 : 1 - v + (float)v0);
+    a = a < 0 ? 0 : a >= possible->width ? possible->width - 1 : a;
+    b = b < 0 ? 0 : b >= possible->height ? possible->height - 1 : b;
+    sum += w * (float)possible->pixels[(size_t)b * (size_t)possible->width + (size_t)a];
+  }
+  return sum / 255;
+}
+
+static void judge_pixels(const label_job *job, const vt_clutter_photo *photo, const float *lab, const float *smooth,
+                         const masses *m, float *prior, float *confidence) {
+  int width = photo->picture.width, height = photo->picture.height;
+  for (int y = 0; y < height; y++)
+    for (int x = 0; x < width; x++) {
+      size_t at = (size_t)y * (size_t)width + (size_t)x;
+      float u = (float)x / (float)width, v = (float)y / (float)height;
+      taps t = taps_of(lab + 3 * at, u, v);
+      float tree = read_cell(m->tree, &t), rest = read_cell(m->rest, &t), g = read_colour(job->general, &t);
+      float p = (tree + KAPPA * g) / (tree + rest + KAPPA);
+      float odds = FEWER * (1 - MOST_SMOOTH * smooth[at]);
+      if (photo->possible.pixels) {
+        float allowed = fminf(1, 2 * possible_at(&photo->possible, u, v));
+        odds *= allowed * allowed;
+      }
+      p = p * odds / (p * odds + (1 - p));
+      prior[at] = p;
+      confidence[at] = PRIOR_CONFIDENCE * ((2 * p - 1) * (2 * p - 1) + 0.02f);
+      if (!photo->said || photo->said[at] == VT_SAID_NOTHING) continue;
+      prior[at] = photo->said[at] == VT_SAID_TREE ? 1 : 0;
+      confidence[at] = STROKE_CONFIDENCE;
+    }
+}
+
+static void seed_pixels(const label_job *job, int i, float *prior, float *confidence) {
+  const vt_clutter_photo *photo = &job->clutter->photos[i];
+  for (size_t s = job->first[i]; s < job->first[i + 1]; s++) {
+    uint32_t k = job->points[s];
+    double pixel[2];
+    if (!vt_clutter_project(photo, job->landmarks->items[k].position, pixel)) continue;
+    size_t at = (size_t)pixel[1] * (size_t)photo->picture.width + (size_t)pixel[0];
+    if (confidence[at] >= STROKE_CONFIDENCE) continue;
+    float p = chance(job->log_odds[k]), sure = (2 * p - 1) * (2 * p - 1) * SEED_CONFIDENCE;
+    prior[at] = (prior[at] * confidence[at] + p * sure) / (confidence[at] + sure + 1e-6f);
+    confidence[at] += sure;
+  }
+}
+
+static vt_status label_photo(label_job *job, int i) {
+  vt_clutter_photo *photo = &job->clutter->photos[i];
+  vt_context *context = job->context;
+  size_t count = (size_t)photo->picture.width * (size_t)photo->picture.height;
+  masses m = {VT_NEW(context, float, (size_t)PLACES *COLOURS), VT_NEW(context, float, (size_t)PLACES *COLOURS)};
+  float *lab = NULL, *smooth = NULL, *prior = VT_NEW(context, float, count), *confidence = VT_NEW(context, float, count);
+  float *tree = VT_NEW(context, float, count);
+  vt_status status = m.tree && m.rest && prior && confidence && tree ? VT_OK : VT_OUT_OF_MEMORY;
+  if (!status) status = look_at_photo(job, &photo->picture, &lab, &smooth);
+  if (!status) {
+    learn_photo(job, i, lab, smooth, &m, PLACES);
+    blur_colours(m.tree, PLACES);
+    blur_colours(m.rest, PLACES);
+    blur_places(m.tree);
+    blur_places(m.rest);
+    judge_pixels(job, photo, lab, smooth, &m, prior, confidence);
+    seed_pixels(job, i, prior, confidence);
+    memcpy(tree, prior, count * sizeof *tree);
+    status = vt_walk_labels(context, photo->picture.width, photo->picture.height, lab, prior, confidence, tree);
+  }
+  for (size_t at = 0; at < count && !status; at++) photo->tree[at] = (uint8_t)(255 * tree[at] + 0.5f);
+  vt_free(context, m.tree);
+  vt_free(context, m.rest);
+  vt_free(context, lab);
+  vt_free(context, smooth);
+  vt_free(context, prior);
+  vt_free(context, confidence);
+  vt_free(context, tree);
+  return status;
+}
+
+static void label_block(void *user, size_t begin, size_t end, int worker) {
+  label_job *job = user;
+  (void)worker;
+  for (size_t i = begin; i < end; i++) job->status[i] = label_photo(job, (int)i);
+}
+
+// ---- all
+
+static vt_status list_sights(vt_context *context, label_job *job) {
+  const vt_landmarks *landmarks = job->landmarks;
+  size_t count = (size_t)job->clutter->count;
+  job->first = VT_NEW(context, size_t, count + 2);
+  job->points = VT_NEW(context, uint32_t, landmarks->seen_count + 1);
+  if (!job->first || !job->points) return VT_OUT_OF_MEMORY;
+  for (size_t s = 0; s < landmarks->seen_count; s++) job->first[landmarks->seen_by[s] + 2]++;
+  for (size_t i = 2; i < count + 2; i++) job->first[i] += job->first[i - 1];
+  for (size_t k = 0; k < landmarks->count; k++)
+    for (uint32_t s = 0; s < landmarks->items[k].count; s++)
+      job->points[job->first[landmarks->seen_by[landmarks->items[k].first + s] + 1]++] = (uint32_t)k;
+  return VT_OK;
+}
+
+vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_landmarks *landmarks, const float *log_odds,
+                          int round) {
+  size_t count = (size_t)clutter->count;
+  label_job job = {.context = context, .clutter = clutter, .landmarks = landmarks, .log_odds = log_odds, .round = round};
+  vt_fill_srgb_table(job.linear);
+  float *lanes = VT_NEW(context, float, 2 * LANES * (size_t)COLOURS);
+  job.general = VT_NEW(context, float, COLOURS);
+  job.status = VT_NEW(context, vt_status, count);
+  vt_status status = lanes && job.general && job.status ? list_sights(context, &job) : VT_OUT_OF_MEMORY;
+  for (int lane = 0; lane < LANES && lanes; lane++)
+    job.lanes[lane] = (masses){lanes + 2 * (size_t)lane * COLOURS, lanes + (2 * (size_t)lane + 1) * COLOURS};
+  if (!status) status = vt_parallel(context, LANES, 1, learn_lane, &job);
+  for (size_t i = 0; i < count && !status; i++) status = job.status[i];
+  if (!status) finish_general(&job);
+  if (!status) status = vt_parallel(context, count, 1, label_block, &job);
+  for (size_t i = 0; i < count && !status; i++) status = job.status[i];
+  vt_free(context, lanes);
+  vt_free(context, job.general);
+  vt_free(context, job.status);
+  vt_free(context, job.first);
+  vt_free(context, job.points);
+  return status;
+}

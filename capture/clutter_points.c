@@ -1,0 +1,147 @@
+// clutter_points.c - which landmarks stand on the tree
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A landmark's log odds are a sum of what is known of it:
+//   place    it is near the focus, or far from it: from +2 in the middle to -2 at the region's border, certain beyond
+//   colour   log of how often its colour is found on landmarks that are tree, over how often on the others, both by the
+//            odds of the round before (a classifier that learns from its own labels, [Scudder 1965]): what stands inside the
+//            region and looks like what stands outside, a floor, a wall, a pot of the house's concrete, is not tree
+//   strokes  where a photograph that the user drew on sees it
+//   mattes   how much tree the photographs that see it show there, once they have mattes
+// What goes wrong: another plant of the same green inside the region; only strokes tell that.
+
+#include "capture/clutter.h"
+#include "base/lab.h"
+#include "capture/scribbles.h"
+
+#include <string.h>
+
+enum { L_BINS = 10, C_BINS = 14, BINS = L_BINS * C_BINS * C_BINS, ROUNDS = 5, SIGHTS = 8 };
+#define MOST_COLOUR 3.0f
+#define FAR (-12.0f)
+#define SAID 12.0f
+
+typedef struct judge_job {
+  const vt_clutter *clutter;
+  const vt_landmarks *landmarks;
+  bool with_mattes;
+  float linear[256];
+  float *lab;   // [count][3]
+  float *fixed; // [count] place, strokes and mattes
+  bool *seen;   // [count] in at least one picture
+} judge_job;
+
+static float by_place(const vt_clutter *clutter, vt_vec3 position) {
+  double d = vt_length(vt_sub(position, clutter->focus)) / clutter->radius;
+  return d > 1.2 ? FAR : (float)(2.2 - 3.3 * d);
+}
+
+// The mean of 3 x 3 pixels, which a landmark's patch covers at least.
+static void patch_colour(const vt_image *picture, int x, int y, float out[3]) {
+  float sum[3] = {0};
+  int count = 0;
+  for (int v = y > 0 ? y - 1 : 0; v <= y + 1 && v < picture->height; v++)
+    for (int u = x > 0 ? x - 1 : 0; u <= x + 1 && u < picture->width; u++, count++)
+      for (size_t c = 0; c < 3; c++)
+        sum[c] += picture->pixels[((size_t)v * (size_t)picture->width + (size_t)u) * 3 + c];
+  for (int c = 0; c < 3; c++) out[c] = sum[c] / (255 * (float)count);
+}
+
+static void judge_one(judge_job *job, size_t k) {
+  const vt_landmark *point = &job->landmarks->items[k];
+  float colour[3] = {0}, mattes = 0, said = 0;
+  int count = 0, looked = 0;
+  for (uint32_t s = 0; s < point->count; s++) {
+    const vt_clutter_photo *photo = &job->clutter->photos[job->landmarks->seen_by[point->first + s]];
+    double pixel[2];
+    if (!vt_clutter_project(photo, point->position, pixel)) continue;
+    int x = (int)pixel[0], y = (int)pixel[1];
+    size_t at = (size_t)y * (size_t)photo->picture.width + (size_t)x;
+    if (photo->said && photo->said[at] != VT_SAID_NOTHING) said += photo->said[at] == VT_SAID_TREE ? SAID : -SAID;
+    if (job->with_mattes) mattes += (float)photo->tree[at] / 255, looked++;
+    if (count >= SIGHTS) continue;
+    float one[3];
+    patch_colour(&photo->picture, x, y, one);
+    for (int c = 0; c < 3; c++) colour[c] += one[c];
+    count++;
+  }
+  job->seen[k] = count > 0;
+  for (int c = 0; c < 3; c++) colour[c] /= count ? (float)count : 1;
+  vt_lab_from_srgb(colour, job->lab + 3 * k);
+  job->fixed[k] = by_place(job->clutter, point->position) + said + (looked ? 6 * (mattes / (float)looked - 0.5f) : 0);
+}
+
+static void judge_block(void *user, size_t begin, size_t end, int worker) {
+  (void)worker;
+  for (size_t k = begin; k < end; k++) judge_one(user, k);
+}
+
+static int bin_of(float value, float low, float high, int bins) {
+  int bin = (int)((value - low) / (high - low) * (float)bins);
+  return bin < 0 ? 0 : bin >= bins ? bins - 1 : bin;
+}
+
+static size_t colour_bin(const float *lab) {
+  return ((size_t)bin_of(lab[0], 0, 100, L_BINS) * C_BINS + (size_t)bin_of(lab[1], -50, 50, C_BINS)) * C_BINS +
+         (size_t)bin_of(lab[2], -50, 60, C_BINS);
+}
+
+// [1 2 1] along one axis of the histogram.
+static void blur_axis(float *bins, size_t stride, int length, float *scratch) {
+  for (size_t i = 0; i < BINS; i++) {
+    int at = (int)(i / stride) % length;
+    scratch[i] = 2 * bins[i] + (at > 0 ? bins[i - stride] : bins[i]) + (at + 1 < length ? bins[i + stride] : bins[i]);
+  }
+  memcpy(bins, scratch, BINS * sizeof *bins);
+}
+
+static void learn_colours(const judge_job *job, const float *log_odds, float *histograms, float *scratch) {
+  float *tree = histograms, *rest = histograms + BINS, sums[2] = {0};
+  memset(histograms, 0, 2 * BINS * sizeof *histograms);
+  for (size_t k = 0; k < job->landmarks->count; k++) {
+    if (!job->seen[k]) continue;
+    float p = 1 / (1 + expf(-log_odds[k]));
+    tree[colour_bin(job->lab + 3 * k)] += p;
+    rest[colour_bin(job->lab + 3 * k)] += 1 - p;
+  }
+  for (int h = 0; h < 2; h++) {
+    float *bins = histograms + (size_t)h * BINS;
+    blur_axis(bins, 1, C_BINS, scratch);
+    blur_axis(bins, C_BINS, C_BINS, scratch);
+    blur_axis(bins, C_BINS * C_BINS, L_BINS, scratch);
+    for (size_t i = 0; i < BINS; i++) sums[h] += bins[i];
+  }
+  // a colour that hardly one landmark has says nothing
+  float least = 2 * (sums[0] + sums[1]) / (float)(job->landmarks->count + 1);
+  for (size_t i = 0; i < BINS; i++) {
+    float ratio = sums[1] > 0 && sums[0] > 0 ? sums[1] / sums[0] : 1;
+    tree[i] = logf((tree[i] * ratio + least) / (rest[i] + least));
+  }
+}
+
+vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, const vt_landmarks *landmarks, bool with_mattes,
+                             float *log_odds) {
+  size_t count = landmarks->count;
+  if (!count) return VT_OK;
+  judge_job job = {.clutter = clutter, .landmarks = landmarks, .with_mattes = with_mattes};
+  job.lab = VT_NEW(context, float, 3 * count);
+  job.fixed = VT_NEW(context, float, count);
+  job.seen = VT_NEW(context, bool, count);
+  float *histograms = VT_NEW(context, float, 2 * BINS), *scratch = VT_NEW(context, float, BINS);
+  vt_status status = job.lab && job.fixed && job.seen && histograms && scratch ? VT_OK : VT_OUT_OF_MEMORY;
+  if (!status) status = vt_parallel(context, count, 1024, judge_block, &job);
+  if (!status) memcpy(log_odds, job.fixed, count * sizeof *log_odds);
+  for (int round = 0; round < ROUNDS && !status; round++) {
+    learn_colours(&job, log_odds, histograms, scratch);
+    for (size_t k = 0; k < count; k++) {
+      float colour = histograms[colour_bin(job.lab + 3 * k)];
+      log_odds[k] = job.fixed[k] + fmaxf(-MOST_COLOUR, fminf(MOST_COLOUR, colour));
+    }
+  }
+  vt_free(context, job.lab);
+  vt_free(context, job.fixed);
+  vt_free(context, job.seen);
+  vt_free(context, histograms);
+  vt_free(context, scratch);
+  return status;
+}
