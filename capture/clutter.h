@@ -49,8 +49,10 @@ vt_status vt_judge_landmarks(vt_context *, const vt_clutter *, const vt_landmark
 // Every photograph's `tree` from the landmarks' log odds, the strokes, and (from the second round on) the last `tree`.
 vt_status vt_label_pixels(vt_context *, vt_clutter *, const vt_landmarks *, const float *log_odds, int round);
 
-// smooth[height][width]: how surely the pixel lies in an area as smooth as no tree is, 0..1.
-vt_status vt_find_smooth(vt_context *, int width, int height, const float *lab, float *smooth);
+// steps[height][width]: how much CIELab changes from pixel to pixel around each, on average.
+vt_status vt_find_steps(vt_context *, int width, int height, const float *lab, float *steps);
+// How surely a pixel lies in an area as smooth as no tree is, 0..1.
+float vt_smoothness(const float lab[3], float step);
 
 // tree[height][width] from a first guess: prior 0..1 with confidence, smoothed within edges of the picture. In place.
 vt_status vt_walk_labels(vt_context *, int width, int height, const float *lab, const float *prior, const float *confidence,

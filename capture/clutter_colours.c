@@ -13,18 +13,21 @@
 
 #include "capture/clutter.h"
 #include "base/lab.h"
+#include "capture/clutter_teach.h"
 #include "capture/scribbles.h"
 
 #include <string.h>
 
-enum { L_BINS = 10, C_BINS = 14, COLOURS = L_BINS * C_BINS * C_BINS, COLUMNS = 12, ROWS = 12, PLACES = COLUMNS * ROWS, LANES = 16 };
-#define KAPPA 30.0f        // pixels
-#define SEED_WEIGHT 4.0f   // of a pixel at a landmark or a stroke, beside one that only was labelled so
-#define FEWER 0.7f         // odds of tree where nothing is known
+enum { T_BINS = 2, L_BINS = 10, C_BINS = 12, COLOURS = T_BINS * L_BINS * C_BINS * C_BINS, COLUMNS = 12, ROWS = 12, PLACES = COLUMNS * ROWS, LANES = 16 };
+#define ROUGH 12.0f         // CIELab steps from pixel to pixel
+#define KAPPA 2.0f         // pixels of one colour at one place, after blurring
+#define SEED_WEIGHT 4.0f   // of a pixel at a landmark, beside one that only was labelled so
+#define UNTAUGHT 0.3f      // weight of what a photograph thinks itself where others were drawn on
+#define FEWER 0.6f         // odds of tree where nothing is known
 #define MOST_SMOOTH 0.8f
 #define STROKE_CONFIDENCE 1000.0f
-#define PRIOR_CONFIDENCE 0.5f
-#define SEED_CONFIDENCE 0.5f
+#define PRIOR_CONFIDENCE 1.0f
+#define SEED_CONFIDENCE 1.0f
 
 typedef struct masses {
   float *tree, *rest; // [places][COLOURS]
@@ -41,14 +44,16 @@ typedef struct label_job {
   float linear[256];
   masses lanes[LANES]; // over all photographs, one place
   float *general;      // [COLOURS] g
-  vt_status *status;   // [count]
+  vt_lesson *lessons;  // of the photographs that the user drew on
+  int lesson_count;
+  vt_status *status; // [count]
 } label_job;
 
 // ---- the grid
 
 typedef struct taps {
-  int low[5];
-  float share[5]; // of the higher one
+  int low[6];
+  float share[6]; // of the higher one
 } taps;
 
 static void take_tap(taps *t, int axis, float at, int bins) { // at in bins, centres at halves
@@ -59,22 +64,23 @@ static void take_tap(taps *t, int axis, float at, int bins) { // at in bins, cen
   t->share[axis] = at - (float)t->low[axis];
 }
 
-static taps taps_of(const float *lab, float x, float y) { // x, y: share of the picture
+static taps taps_of(const float *lab, float step, float x, float y) { // x, y: share of the picture
   taps t;
   take_tap(&t, 0, y * ROWS, ROWS);
   take_tap(&t, 1, x * COLUMNS, COLUMNS);
   take_tap(&t, 2, lab[0] * (L_BINS / 100.0f), L_BINS);
   take_tap(&t, 3, (lab[1] + 50) * (C_BINS / 100.0f), C_BINS);
   take_tap(&t, 4, (lab[2] + 50) * (C_BINS / 110.0f), C_BINS);
+  take_tap(&t, 5, 0.5f + fminf(1, step / ROUGH), T_BINS);
   return t;
 }
 
 static float read_colour(const float *cells, const taps *t) {
   float sum = 0;
-  for (int k = 0; k < 8; k++) {
-    int l = k & 1, a = k >> 1 & 1, b = k >> 2;
-    float w = (l ? t->share[2] : 1 - t->share[2]) * (a ? t->share[3] : 1 - t->share[3]) * (b ? t->share[4] : 1 - t->share[4]);
-    sum += w * cells[((t->low[2] + l) * C_BINS + t->low[3] + a) * C_BINS + t->low[4] + b];
+  for (int k = 0; k < 16; k++) {
+    int l = k & 1, a = k >> 1 & 1, b = k >> 2 & 1, r = k >> 3;
+    float w = (r ? t->share[5] : 1 - t->share[5]) * (l ? t->share[2] : 1 - t->share[2]) * (a ? t->share[3] : 1 - t->share[3]) * (b ? t->share[4] : 1 - t->share[4]);
+    sum += w * cells[(((t->low[5] + r) * L_BINS + t->low[2] + l) * C_BINS + t->low[3] + a) * C_BINS + t->low[4] + b];
   }
   return sum;
 }
@@ -105,6 +111,7 @@ static void blur_colours(float *cells, size_t places) {
   blur_axis(cells, places * COLOURS, 1, C_BINS);
   blur_axis(cells, places * COLOURS, C_BINS, C_BINS);
   blur_axis(cells, places * COLOURS, C_BINS * C_BINS, L_BINS);
+  // the two kinds of roughness stay as they are: blurred into each other they would be one
 }
 
 static void blur_places(float *cells) {
@@ -115,9 +122,9 @@ static void blur_places(float *cells) {
 // ---- learning
 
 static size_t nearest_colour(const taps *t) {
-  int n[3];
-  for (int i = 0; i < 3; i++) n[i] = t->low[2 + i] + (t->share[2 + i] > 0.5f);
-  return (size_t)((n[0] * C_BINS + n[1]) * C_BINS + n[2]);
+  int n[4];
+  for (int i = 0; i < 4; i++) n[i] = t->low[2 + i] + (t->share[2 + i] > 0.5f);
+  return (size_t)(((n[3] * L_BINS + n[0]) * C_BINS + n[1]) * C_BINS + n[2]);
 }
 
 // p: how surely tree; places is 1 or PLACES.
@@ -133,7 +140,7 @@ static float chance(float log_odds) {
 }
 
 // Calls for every pixel that something is known of: 3 x 3 around landmarks, strokes, and labelled ones after the first round.
-static void learn_photo(const label_job *job, int i, const float *lab, const float *smooth, masses *m, int places) {
+static void learn_photo(const label_job *job, int i, const float *lab, const float *steps, masses *m, int places) {
   const vt_clutter_photo *photo = &job->clutter->photos[i];
   int width = photo->picture.width, height = photo->picture.height;
   for (size_t s = job->first[i]; s < job->first[i + 1]; s++) {
@@ -144,29 +151,47 @@ static void learn_photo(const label_job *job, int i, const float *lab, const flo
     for (int y = (int)pixel[1] - 1; y <= (int)pixel[1] + 1; y++)
       for (int x = (int)pixel[0] - 1; x <= (int)pixel[0] + 1; x++) {
         if (x < 0 || y < 0 || x >= width || y >= height) continue;
-        taps t = taps_of(lab + 3 * ((size_t)y * (size_t)width + (size_t)x), (float)x / (float)width, (float)y / (float)height);
+        size_t at = (size_t)y * (size_t)width + (size_t)x;
+        taps t = taps_of(lab + 3 * at, steps[at], (float)x / (float)width, (float)y / (float)height);
         learn_pixel(m, places, &t, p, SEED_WEIGHT * sure);
       }
   }
+  float own = job->round && job->lesson_count && !photo->said ? UNTAUGHT : 1;
   for (int y = 0; y < height; y++)
     for (int x = 0; x < width; x++) {
       size_t at = (size_t)y * (size_t)width + (size_t)x;
       bool said = photo->said && photo->said[at] != VT_SAID_NOTHING;
       float p = said ? (photo->said[at] == VT_SAID_TREE ? 1 : 0) : job->round ? (float)photo->tree[at] / 255 : 0;
-      float sure = job->round ? fabsf(2 * p - 1) : smooth[at];
+      float sure = job->round ? fabsf(2 * p - 1) : vt_smoothness(lab + 3 * at, steps[at]);
       if (!said && sure < 0.2f) continue;
-      taps t = taps_of(lab + 3 * at, (float)x / (float)width, (float)y / (float)height);
-      learn_pixel(m, places, &t, p, said ? SEED_WEIGHT : sure);
+      taps t = taps_of(lab + 3 * at, steps[at], (float)x / (float)width, (float)y / (float)height);
+      learn_pixel(m, places, &t, p, said ? VT_SAID_WEIGHT : own * sure);
     }
 }
 
-static vt_status look_at_photo(const label_job *job, const vt_image *picture, float **lab, float **smooth) {
+static void hear_lessons(const label_job *job, int i, masses *m) {
+  const vt_clutter_photo *photo = &job->clutter->photos[i];
+  int chosen[VT_MOST_LESSONS], count = vt_choose_lessons(job->clutter, job->lessons, job->lesson_count, i, chosen);
+  for (int n = 0; n < count; n++) {
+    const vt_lesson *lesson = &job->lessons[chosen[n]];
+    for (size_t k = 0; k < lesson->count && lesson->teacher != i; k++) {
+      const vt_sample *sample = &lesson->samples[k];
+      double pixel[2];
+      if (!vt_clutter_project(photo, sample->world, pixel)) continue;
+      taps t = taps_of(sample->lab, sample->step, (float)pixel[0] / (float)photo->lens.width,
+                       (float)pixel[1] / (float)photo->lens.height);
+      learn_pixel(m, PLACES, &t, sample->tree, sample->weight / (float)count);
+    }
+  }
+}
+
+static vt_status look_at_photo(const label_job *job, const vt_image *picture, float **lab, float **steps) {
   size_t count = (size_t)picture->width * (size_t)picture->height;
   *lab = VT_NEW(job->context, float, 3 * count);
-  *smooth = VT_NEW(job->context, float, count);
-  if (!*lab || !*smooth) return VT_OUT_OF_MEMORY;
+  *steps = VT_NEW(job->context, float, count);
+  if (!*lab || !*steps) return VT_OUT_OF_MEMORY;
   vt_lab_from_bytes(job->linear, picture->pixels, 3, count, *lab);
-  return vt_find_smooth(job->context, picture->width, picture->height, *lab, *smooth);
+  return vt_find_steps(job->context, picture->width, picture->height, *lab, *steps);
 }
 
 // Photographs go to fixed lanes, which are added in their order: the same sums for any number of threads.
@@ -175,11 +200,11 @@ static void learn_lane(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   for (size_t lane = begin; lane < end; lane++)
     for (int i = (int)lane; i < job->clutter->count; i += LANES) {
-      float *lab = NULL, *smooth = NULL;
-      job->status[i] = look_at_photo(job, &job->clutter->photos[i].picture, &lab, &smooth);
-      if (!job->status[i]) learn_photo(job, i, lab, smooth, &job->lanes[lane], 1);
+      float *lab = NULL, *steps = NULL;
+      job->status[i] = look_at_photo(job, &job->clutter->photos[i].picture, &lab, &steps);
+      if (!job->status[i]) learn_photo(job, i, lab, steps, &job->lanes[lane], 1);
       vt_free(job->context, lab);
-      vt_free(job->context, smooth);
+      vt_free(job->context, steps);
     }
 }
 
@@ -209,24 +234,24 @@ static float possible_at(const vt_image *possible, float x, float y) { // x, y: 
   return sum / 255;
 }
 
-static void judge_pixels(const label_job *job, const vt_clutter_photo *photo, const float *lab, const float *smooth,
+static void judge_pixels(const label_job *job, const vt_clutter_photo *photo, const float *lab, const float *steps,
                          const masses *m, float *prior, float *confidence) {
   int width = photo->picture.width, height = photo->picture.height;
   for (int y = 0; y < height; y++)
     for (int x = 0; x < width; x++) {
       size_t at = (size_t)y * (size_t)width + (size_t)x;
       float u = (float)x / (float)width, v = (float)y / (float)height;
-      taps t = taps_of(lab + 3 * at, u, v);
+      taps t = taps_of(lab + 3 * at, steps[at], u, v);
       float tree = read_cell(m->tree, &t), rest = read_cell(m->rest, &t), g = read_colour(job->general, &t);
       float p = (tree + KAPPA * g) / (tree + rest + KAPPA);
-      float odds = FEWER * (1 - MOST_SMOOTH * smooth[at]);
+      float odds = FEWER * (1 - MOST_SMOOTH * vt_smoothness(lab + 3 * at, steps[at]));
       if (photo->possible.pixels) {
         float allowed = fminf(1, 2 * possible_at(&photo->possible, u, v));
         odds *= allowed * allowed;
       }
       p = p * odds / (p * odds + (1 - p));
       prior[at] = p;
-      confidence[at] = PRIOR_CONFIDENCE * ((2 * p - 1) * (2 * p - 1) + 0.02f);
+      confidence[at] = PRIOR_CONFIDENCE * (fabsf(2 * p - 1) + 0.02f);
       if (!photo->said || photo->said[at] == VT_SAID_NOTHING) continue;
       prior[at] = photo->said[at] == VT_SAID_TREE ? 1 : 0;
       confidence[at] = STROKE_CONFIDENCE;
@@ -252,17 +277,18 @@ static vt_status label_photo(label_job *job, int i) {
   vt_context *context = job->context;
   size_t count = (size_t)photo->picture.width * (size_t)photo->picture.height;
   masses m = {VT_NEW(context, float, (size_t)PLACES *COLOURS), VT_NEW(context, float, (size_t)PLACES *COLOURS)};
-  float *lab = NULL, *smooth = NULL, *prior = VT_NEW(context, float, count), *confidence = VT_NEW(context, float, count);
+  float *lab = NULL, *steps = NULL, *prior = VT_NEW(context, float, count), *confidence = VT_NEW(context, float, count);
   float *tree = VT_NEW(context, float, count);
   vt_status status = m.tree && m.rest && prior && confidence && tree ? VT_OK : VT_OUT_OF_MEMORY;
-  if (!status) status = look_at_photo(job, &photo->picture, &lab, &smooth);
+  if (!status) status = look_at_photo(job, &photo->picture, &lab, &steps);
   if (!status) {
-    learn_photo(job, i, lab, smooth, &m, PLACES);
+    learn_photo(job, i, lab, steps, &m, PLACES);
+    if (!photo->said) hear_lessons(job, i, &m);
     blur_colours(m.tree, PLACES);
     blur_colours(m.rest, PLACES);
     blur_places(m.tree);
     blur_places(m.rest);
-    judge_pixels(job, photo, lab, smooth, &m, prior, confidence);
+    judge_pixels(job, photo, lab, steps, &m, prior, confidence);
     seed_pixels(job, i, prior, confidence);
     memcpy(tree, prior, count * sizeof *tree);
     status = vt_walk_labels(context, photo->picture.width, photo->picture.height, lab, prior, confidence, tree);
@@ -271,7 +297,7 @@ static vt_status label_photo(label_job *job, int i) {
   vt_free(context, m.tree);
   vt_free(context, m.rest);
   vt_free(context, lab);
-  vt_free(context, smooth);
+  vt_free(context, steps);
   vt_free(context, prior);
   vt_free(context, confidence);
   vt_free(context, tree);
@@ -300,6 +326,24 @@ static vt_status list_sights(vt_context *context, label_job *job) {
   return VT_OK;
 }
 
+static vt_status make_lessons(label_job *job) {
+  vt_status status = VT_OK;
+  job->lessons = VT_NEW(job->context, vt_lesson, (size_t)job->clutter->count);
+  if (!job->lessons) return VT_OUT_OF_MEMORY;
+  for (int i = 0; i < job->clutter->count && !status; i++) {
+    const vt_clutter_photo *photo = &job->clutter->photos[i];
+    float *lab = NULL, *steps = NULL;
+    if (!photo->said) continue;
+    status = look_at_photo(job, &photo->picture, &lab, &steps);
+    if (!status)
+      status = vt_make_lesson(job->context, job->clutter, i, job->landmarks, job->points + job->first[i],
+                              job->first[i + 1] - job->first[i], lab, steps, job->round > 0, &job->lessons[job->lesson_count++]);
+    vt_free(job->context, lab);
+    vt_free(job->context, steps);
+  }
+  return status;
+}
+
 vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_landmarks *landmarks, const float *log_odds,
                           int round) {
   size_t count = (size_t)clutter->count;
@@ -311,11 +355,14 @@ vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_lan
   vt_status status = lanes && job.general && job.status ? list_sights(context, &job) : VT_OUT_OF_MEMORY;
   for (int lane = 0; lane < LANES && lanes; lane++)
     job.lanes[lane] = (masses){lanes + 2 * (size_t)lane * COLOURS, lanes + (2 * (size_t)lane + 1) * COLOURS};
+  if (!status) status = make_lessons(&job);
   if (!status) status = vt_parallel(context, LANES, 1, learn_lane, &job);
   for (size_t i = 0; i < count && !status; i++) status = job.status[i];
   if (!status) finish_general(&job);
   if (!status) status = vt_parallel(context, count, 1, label_block, &job);
   for (size_t i = 0; i < count && !status; i++) status = job.status[i];
+  for (int i = 0; i < job.lesson_count; i++) vt_free(context, job.lessons[i].samples);
+  vt_free(context, job.lessons);
   vt_free(context, lanes);
   vt_free(context, job.general);
   vt_free(context, job.status);

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A landmark's log odds are a sum of what is known of it:
-//   place    it is near the focus, or far from it: from +2 in the middle to -2 at the region's border, certain beyond
+//   place    it is near the focus, or far from it: from +2 in the middle to -0.4 at four fifths of the
+//            radius, then falling fast
 //   colour   log of how often its colour is found on landmarks that are tree, over how often on the others, both by the
 //            odds of the round before (a classifier that learns from its own labels, [Scudder 1965]): what stands inside the
 //            region and looks like what stands outside, a floor, a wall, a pot of the house's concrete, is not tree
-//   strokes  where a photograph that the user drew on sees it
+//   strokes  where a photograph that the user drew on sees it: on a stroke nothing else counts; beside strokes those count that
+//            are near in the picture and in colour, exp(-D^2) of the nearest tree stroke less that of the nearest other one,
+//            D^2 = |xy|^2 / (width/12)^2 + |Lab|^2 / 15^2: so a stroke speaks for the leaf or the trunk that it lies on
 //   mattes   how much tree the photographs that see it show there, once they have mattes
 // What goes wrong: another plant of the same green inside the region; only strokes tell that.
 
@@ -20,12 +23,21 @@ enum { L_BINS = 10, C_BINS = 14, BINS = L_BINS * C_BINS * C_BINS, ROUNDS = 5, SI
 #define MOST_COLOUR 3.0f
 #define FAR (-12.0f)
 #define SAID 12.0f
+#define BESIDE 6.0f
+#define DRAWN 8.0f
+
+enum { MOST_STROKES = 1500 }; // samples of a photograph
+typedef struct stroke {
+  float x, y, lab[3]; // pixels, CIELab
+  bool tree;
+} stroke;
 
 typedef struct judge_job {
   const vt_clutter *clutter;
   const vt_landmarks *landmarks;
   bool with_mattes;
-  float linear[256];
+  stroke **strokes;  // [photographs] NULL where the user did not draw
+  int *stroke_counts;
   float *lab;   // [count][3]
   float *fixed; // [count] place, strokes and mattes
   bool *seen;   // [count] in at least one picture
@@ -33,7 +45,7 @@ typedef struct judge_job {
 
 static float by_place(const vt_clutter *clutter, vt_vec3 position) {
   double d = vt_length(vt_sub(position, clutter->focus)) / clutter->radius;
-  return d > 1.2 ? FAR : (float)(2.2 - 3.3 * d);
+  return d > 1.2 ? FAR : (float)(2.2 - 3.3 * d - 12 * fmax(0, d - 0.8));
 }
 
 // The mean of 3 x 3 pixels, which a landmark's patch covers at least.
@@ -47,10 +59,42 @@ static void patch_colour(const vt_image *picture, int x, int y, float out[3]) {
   for (int c = 0; c < 3; c++) out[c] = sum[c] / (255 * (float)count);
 }
 
+// Evenly spaced samples of what the user drew on a photograph.
+static vt_status sample_strokes(vt_context *context, const vt_clutter_photo *photo, stroke **out, int *count) {
+  size_t pixels = (size_t)photo->picture.width * (size_t)photo->picture.height, said = 0, passed = 0;
+  for (size_t i = 0; i < pixels; i++) said += photo->said[i] != VT_SAID_NOTHING;
+  size_t step = said / MOST_STROKES + 1;
+  *out = VT_NEW(context, stroke, said / step + 1);
+  if (!*out) return VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < pixels; i++) {
+    if (photo->said[i] == VT_SAID_NOTHING || passed++ % step) continue;
+    stroke *s = &(*out)[(*count)++];
+    int x = (int)(i % (size_t)photo->picture.width), y = (int)(i / (size_t)photo->picture.width);
+    float colour[3];
+    patch_colour(&photo->picture, x, y, colour);
+    s->x = (float)x, s->y = (float)y;
+    s->tree = photo->said[i] == VT_SAID_TREE;
+    vt_lab_from_srgb(colour, s->lab);
+  }
+  return VT_OK;
+}
+
+static float by_strokes(const judge_job *job, int photo, float x, float y, const float rgb[3]) {
+  float lab[3], nearest[2] = {99, 99}, near_by = (float)job->clutter->photos[photo].picture.width / 12;
+  vt_lab_from_srgb(rgb, lab);
+  for (int i = 0; i < job->stroke_counts[photo]; i++) {
+    const stroke *s = &job->strokes[photo][i];
+    float dx = (s->x - x) / near_by, dy = (s->y - y) / near_by, d = dx * dx + dy * dy;
+    for (int c = 0; c < 3; c++) d += (s->lab[c] - lab[c]) * (s->lab[c] - lab[c]) / (15 * 15);
+    nearest[s->tree] = fminf(nearest[s->tree], d);
+  }
+  return BESIDE * (expf(-nearest[1]) - expf(-nearest[0]));
+}
+
 static void judge_one(judge_job *job, size_t k) {
   const vt_landmark *point = &job->landmarks->items[k];
-  float colour[3] = {0}, mattes = 0, said = 0;
-  int count = 0, looked = 0;
+  float colour[3] = {0}, mattes = 0, said = 0, looked = 0;
+  int count = 0;
   for (uint32_t s = 0; s < point->count; s++) {
     const vt_clutter_photo *photo = &job->clutter->photos[job->landmarks->seen_by[point->first + s]];
     double pixel[2];
@@ -58,17 +102,19 @@ static void judge_one(judge_job *job, size_t k) {
     int x = (int)pixel[0], y = (int)pixel[1];
     size_t at = (size_t)y * (size_t)photo->picture.width + (size_t)x;
     if (photo->said && photo->said[at] != VT_SAID_NOTHING) said += photo->said[at] == VT_SAID_TREE ? SAID : -SAID;
-    if (job->with_mattes) mattes += (float)photo->tree[at] / 255, looked++;
-    if (count >= SIGHTS) continue;
+    float trust = photo->said ? DRAWN : 1; // a matte with strokes in it is better than one without
+    if (job->with_mattes) mattes += trust * (float)photo->tree[at] / 255, looked += trust;
+    if (count >= SIGHTS && !photo->said) continue;
     float one[3];
     patch_colour(&photo->picture, x, y, one);
+    if (photo->said) said += by_strokes(job, job->landmarks->seen_by[point->first + s], (float)pixel[0], (float)pixel[1], one);
     for (int c = 0; c < 3; c++) colour[c] += one[c];
     count++;
   }
   job->seen[k] = count > 0;
   for (int c = 0; c < 3; c++) colour[c] /= count ? (float)count : 1;
   vt_lab_from_srgb(colour, job->lab + 3 * k);
-  job->fixed[k] = by_place(job->clutter, point->position) + said + (looked ? 6 * (mattes / (float)looked - 0.5f) : 0);
+  job->fixed[k] = by_place(job->clutter, point->position) + said + (looked > 0 ? 6 * (mattes / looked - 0.5f) : 0);
 }
 
 static void judge_block(void *user, size_t begin, size_t end, int worker) {
@@ -128,7 +174,13 @@ vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, con
   job.fixed = VT_NEW(context, float, count);
   job.seen = VT_NEW(context, bool, count);
   float *histograms = VT_NEW(context, float, 2 * BINS), *scratch = VT_NEW(context, float, BINS);
-  vt_status status = job.lab && job.fixed && job.seen && histograms && scratch ? VT_OK : VT_OUT_OF_MEMORY;
+  job.strokes = VT_NEW(context, stroke *, (size_t)clutter->count);
+  job.stroke_counts = VT_NEW(context, int, (size_t)clutter->count);
+  vt_status status = job.lab && job.fixed && job.seen && histograms && scratch && job.strokes && job.stroke_counts
+                         ? VT_OK
+                         : VT_OUT_OF_MEMORY;
+  for (int i = 0; i < clutter->count && !status; i++)
+    if (clutter->photos[i].said) status = sample_strokes(context, &clutter->photos[i], &job.strokes[i], &job.stroke_counts[i]);
   if (!status) status = vt_parallel(context, count, 1024, judge_block, &job);
   if (!status) memcpy(log_odds, job.fixed, count * sizeof *log_odds);
   for (int round = 0; round < ROUNDS && !status; round++) {
@@ -138,6 +190,9 @@ vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, con
       log_odds[k] = job.fixed[k] + fmaxf(-MOST_COLOUR, fminf(MOST_COLOUR, colour));
     }
   }
+  for (int i = 0; i < clutter->count && job.strokes; i++) vt_free(context, job.strokes[i]);
+  vt_free(context, job.strokes);
+  vt_free(context, job.stroke_counts);
   vt_free(context, job.lab);
   vt_free(context, job.fixed);
   vt_free(context, job.seen);

@@ -12,7 +12,7 @@
 // photograph, what is the largest vote along each line of sight? Where it is small, no place within the region could be
 // tree and agree with the others; so a patch that only this photograph takes for tree is rest. Where users drew, their word
 // counts fourfold, and so it is carried to the other photographs: a stroke "not tree" empties all cells behind it.
-// What goes wrong: cells are as big as 1/56 of the radius, gaps between leaves are smaller, and the vote says nothing
+// What goes wrong: cells are as big as 1/40 of the radius, gaps between leaves are smaller, and the vote says nothing
 // about them; from a narrow arc it says little about depth.
 
 #include "capture/clutter.h"
@@ -21,7 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRID = 112, BLOCK = 8, VOTERS = 48 }; // cells a side; pixels of a coarse cell; photographs that vote
+enum { GRID = 80, BLOCK = 8, VOTERS = 48 }; // cells a side; pixels of a coarse cell; photographs that vote
 #define PARALLEL_SPREAD 0.05                // mean sin^2 of the axes' angles to their mean, below which they are parallel
 #define LEAST_SHARE 0.02f
 

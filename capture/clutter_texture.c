@@ -1,10 +1,11 @@
-// clutter_texture.c - where a picture is as smooth as no tree is
+// clutter_texture.c - how rough a picture is, and where it is as smooth as no tree is
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Landmarks stand on corners, so walls, floors, ceilings and skies have hardly any, and nothing would speak for them. But leaves and
 // bark are rough everywhere: where CIELab changes by less than a little from pixel to pixel, over a square wider than a leaf,
 // there is no tree. The mean step over the square is compared with that of noise and JPEG. The dark says nothing, for it is
-// smooth inside crowns as well.
+// smooth inside crowns as well. How rough a place is also is a fourth axis beside the colour's three (clutter_colours.c): brown bark
+// is told from a brown wall.
 
 #include "capture/clutter.h"
 
@@ -39,7 +40,11 @@ static float covered(int at, int size) { // pixels of the square's side that lie
   return (float)(high - low + 1);
 }
 
-vt_status vt_find_smooth(vt_context *context, int width, int height, const float *lab, float *smooth) {
+float vt_smoothness(const float lab[3], float step) {
+  return fmaxf(0, 1 - step / SMOOTH_STEP) * fminf(1, lab[0] / DARK);
+}
+
+vt_status vt_find_steps(vt_context *context, int width, int height, const float *lab, float *steps) {
   float *line = VT_NEW(context, float, (size_t)(width > height ? width : height));
   if (!line) return VT_OUT_OF_MEMORY;
   for (int y = 0; y < height; y++)
@@ -47,15 +52,11 @@ vt_status vt_find_smooth(vt_context *context, int width, int height, const float
       size_t p = (size_t)y * (size_t)width + (size_t)x, right = x + 1 < width ? p + 1 : p, below = y + 1 < height ? p + (size_t)width : p;
       float sum = 0;
       for (size_t c = 0; c < 3; c++) sum += fabsf(lab[3 * right + c] - lab[3 * p + c]) + fabsf(lab[3 * below + c] - lab[3 * p + c]);
-      smooth[p] = sum;
+      steps[p] = sum;
     }
-  box_sum(width, height, smooth, line);
+  box_sum(width, height, steps, line);
   for (int y = 0; y < height; y++)
-    for (int x = 0; x < width; x++) {
-      size_t p = (size_t)y * (size_t)width + (size_t)x;
-      float step = smooth[p] / (covered(x, width) * covered(y, height));
-      smooth[p] = fmaxf(0, 1 - step / SMOOTH_STEP) * fminf(1, lab[3 * p] / DARK);
-    }
+    for (int x = 0; x < width; x++) steps[(size_t)y * (size_t)width + (size_t)x] /= covered(x, width) * covered(y, height);
   vt_free(context, line);
   return VT_OK;
 }
