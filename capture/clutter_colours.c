@@ -5,21 +5,20 @@
 // (clutter_texture.c). From these, and from the second round on
 // from all pixels as they were labelled last, each colour learns how often it is tree, near here and in general:
 //   p(c, x) = (T(c, x) + kappa g(c)) / (T(c, x) + R(c, x) + kappa)
-// T and R are masses of tree and rest in cells of CIELab times position (a bilateral grid [Paris, Durand 2006], blurred by
-// [1 2 1] and read linearly), and g is the same over all photographs, without position and with equal masses of both: what
+// T and R are masses of tree and rest in cells of CIELab, roughness and position (clutter_grid.c), and g is the same over all photographs, without position and with equal masses of both: what
 // nobody labelled nearby is judged by the colours of the whole capture. The nearness matters: the same green is tree in the
 // middle and a neighbour's leaf at the side. p becomes the prior of a random walk (clutter_walk.c), less sure where p is
 // near a half; where the other photographs do not allow a tree (clutter_region.c), p falls.
 
 #include "capture/clutter.h"
 #include "base/lab.h"
+#include "capture/clutter_grid.h"
 #include "capture/clutter_teach.h"
 #include "capture/scribbles.h"
 
 #include <string.h>
 
-enum { T_BINS = 2, L_BINS = 10, C_BINS = 12, COLOURS = T_BINS * L_BINS * C_BINS * C_BINS, COLUMNS = 12, ROWS = 12, PLACES = COLUMNS * ROWS, LANES = 16 };
-#define ROUGH 12.0f         // CIELab steps from pixel to pixel
+enum { LANES = 16 };
 #define KAPPA 2.0f         // pixels of one colour at one place, after blurring
 #define SEED_WEIGHT 4.0f   // of a pixel at a landmark, beside one that only was labelled so
 #define UNTAUGHT 0.3f      // weight of what a photograph thinks itself where others were drawn on
@@ -28,10 +27,6 @@ enum { T_BINS = 2, L_BINS = 10, C_BINS = 12, COLOURS = T_BINS * L_BINS * C_BINS 
 #define STROKE_CONFIDENCE 1000.0f
 #define PRIOR_CONFIDENCE 1.0f
 #define SEED_CONFIDENCE 1.0f
-
-typedef struct masses {
-  float *tree, *rest; // [places][COLOURS]
-} masses;
 
 typedef struct label_job {
   vt_context *context;
@@ -42,97 +37,21 @@ typedef struct label_job {
   size_t *first;    // [count + 1] of the landmarks that a photograph sees
   uint32_t *points; // [seen_count]
   float linear[256];
-  masses lanes[LANES]; // over all photographs, one place
-  float *general;      // [COLOURS] g
+  float *lanes[LANES]; // grids over all photographs, of one place; the first becomes their blurred sum
+  float balance;       // rest over tree, of all masses
   vt_lesson *lessons;  // of the photographs that the user drew on
   int lesson_count;
   vt_status *status; // [count]
 } label_job;
 
-// ---- the grid
-
-typedef struct taps {
-  int low[6];
-  float share[6]; // of the higher one
-} taps;
-
-static void take_tap(taps *t, int axis, float at, int bins) { // at in bins, centres at halves
-  at -= 0.5f;
-  if (at < 0) at = 0;
-  if (at > (float)(bins - 1)) at = (float)(bins - 1);
-  t->low[axis] = (int)at < bins - 1 ? (int)at : bins - 2;
-  t->share[axis] = at - (float)t->low[axis];
-}
-
-static taps taps_of(const float *lab, float step, float x, float y) { // x, y: share of the picture
-  taps t;
-  take_tap(&t, 0, y * ROWS, ROWS);
-  take_tap(&t, 1, x * COLUMNS, COLUMNS);
-  take_tap(&t, 2, lab[0] * (L_BINS / 100.0f), L_BINS);
-  take_tap(&t, 3, (lab[1] + 50) * (C_BINS / 100.0f), C_BINS);
-  take_tap(&t, 4, (lab[2] + 50) * (C_BINS / 110.0f), C_BINS);
-  take_tap(&t, 5, 0.5f + fminf(1, step / ROUGH), T_BINS);
-  return t;
-}
-
-static float read_colour(const float *cells, const taps *t) {
-  float sum = 0;
-  for (int k = 0; k < 16; k++) {
-    int l = k & 1, a = k >> 1 & 1, b = k >> 2 & 1, r = k >> 3;
-    float w = (r ? t->share[5] : 1 - t->share[5]) * (l ? t->share[2] : 1 - t->share[2]) * (a ? t->share[3] : 1 - t->share[3]) * (b ? t->share[4] : 1 - t->share[4]);
-    sum += w * cells[(((t->low[5] + r) * L_BINS + t->low[2] + l) * C_BINS + t->low[3] + a) * C_BINS + t->low[4] + b];
-  }
-  return sum;
-}
-
-static float read_cell(const float *cells, const taps *t) {
-  float sum = 0;
-  for (int k = 0; k < 4; k++) {
-    int v = k & 1, u = k >> 1;
-    float w = (v ? t->share[0] : 1 - t->share[0]) * (u ? t->share[1] : 1 - t->share[1]);
-    if (w > 0) sum += w * read_colour(cells + (size_t)((t->low[0] + v) * COLUMNS + t->low[1] + u) * COLOURS, t);
-  }
-  return sum;
-}
-
-static void blur_axis(float *cells, size_t count, size_t stride, int length) { // in place, a line of cells at a time
-  for (size_t i = 0; i < count; i++) {
-    if ((i / stride) % (size_t)length) continue;
-    float before = cells[i];
-    for (int n = 0; n < length; n++) {
-      float *at = &cells[i + (size_t)n * stride], own = *at, next = n + 1 < length ? at[stride] : own;
-      *at = 0.25f * before + 0.5f * own + 0.25f * next;
-      before = own;
-    }
-  }
-}
-
-static void blur_colours(float *cells, size_t places) {
-  blur_axis(cells, places * COLOURS, 1, C_BINS);
-  blur_axis(cells, places * COLOURS, C_BINS, C_BINS);
-  blur_axis(cells, places * COLOURS, C_BINS * C_BINS, L_BINS);
-  // the two kinds of roughness stay as they are: blurred into each other they would be one
-}
-
-static void blur_places(float *cells) {
-  blur_axis(cells, (size_t)PLACES * COLOURS, COLOURS, COLUMNS);
-  blur_axis(cells, (size_t)PLACES * COLOURS, (size_t)COLUMNS * COLOURS, ROWS);
-}
-
 // ---- learning
 
-static size_t nearest_colour(const taps *t) {
-  int n[4];
-  for (int i = 0; i < 4; i++) n[i] = t->low[2 + i] + (t->share[2 + i] > 0.5f);
-  return (size_t)(((n[3] * L_BINS + n[0]) * C_BINS + n[1]) * C_BINS + n[2]);
-}
-
-// p: how surely tree; places is 1 or PLACES.
-static void learn_pixel(masses *m, int places, const taps *t, float p, float weight) {
-  int v = t->low[0] + (t->share[0] > 0.5f), u = t->low[1] + (t->share[1] > 0.5f);
-  size_t cell = (places > 1 ? (size_t)(v * COLUMNS + u) * COLOURS : 0) + nearest_colour(t);
-  m->tree[cell] += weight * p;
-  m->rest[cell] += weight * (1 - p);
+static vt_spot spot_of(const vt_clutter_photo *photo, const float *lab, const float *steps, size_t at) {
+  size_t width = (size_t)photo->picture.width;
+  return (vt_spot){{lab[3 * at], lab[3 * at + 1], lab[3 * at + 2]},
+                   steps[at],
+                   (float)(at % width) / (float)width,
+                   (float)(at / width) / (float)photo->picture.height};
 }
 
 static float chance(float log_odds) {
@@ -140,7 +59,7 @@ static float chance(float log_odds) {
 }
 
 // Calls for every pixel that something is known of: 3 x 3 around landmarks, strokes, and labelled ones after the first round.
-static void learn_photo(const label_job *job, int i, const float *lab, const float *steps, masses *m, int places) {
+static void learn_photo(const label_job *job, int i, const float *lab, const float *steps, float *grid, int places) {
   const vt_clutter_photo *photo = &job->clutter->photos[i];
   int width = photo->picture.width, height = photo->picture.height;
   for (size_t s = job->first[i]; s < job->first[i + 1]; s++) {
@@ -152,8 +71,8 @@ static void learn_photo(const label_job *job, int i, const float *lab, const flo
       for (int x = (int)pixel[0] - 1; x <= (int)pixel[0] + 1; x++) {
         if (x < 0 || y < 0 || x >= width || y >= height) continue;
         size_t at = (size_t)y * (size_t)width + (size_t)x;
-        taps t = taps_of(lab + 3 * at, steps[at], (float)x / (float)width, (float)y / (float)height);
-        learn_pixel(m, places, &t, p, SEED_WEIGHT * sure);
+        vt_spot spot = spot_of(photo, lab, steps, at);
+        vt_add_to_grid(grid, places, &spot, p, SEED_WEIGHT * sure);
       }
   }
   float own = job->round && job->lesson_count && !photo->said ? UNTAUGHT : 1;
@@ -164,12 +83,12 @@ static void learn_photo(const label_job *job, int i, const float *lab, const flo
       float p = said ? (photo->said[at] == VT_SAID_TREE ? 1 : 0) : job->round ? (float)photo->tree[at] / 255 : 0;
       float sure = job->round ? fabsf(2 * p - 1) : vt_smoothness(lab + 3 * at, steps[at]);
       if (!said && sure < 0.2f) continue;
-      taps t = taps_of(lab + 3 * at, steps[at], (float)x / (float)width, (float)y / (float)height);
-      learn_pixel(m, places, &t, p, said ? VT_SAID_WEIGHT : own * sure);
+      vt_spot spot = spot_of(photo, lab, steps, at);
+      vt_add_to_grid(grid, places, &spot, p, said ? VT_SAID_WEIGHT : own * sure);
     }
 }
 
-static void hear_lessons(const label_job *job, int i, masses *m) {
+static void hear_lessons(const label_job *job, int i, float *grid) {
   const vt_clutter_photo *photo = &job->clutter->photos[i];
   int chosen[VT_MOST_LESSONS], count = vt_choose_lessons(job->clutter, job->lessons, job->lesson_count, i, chosen);
   for (int n = 0; n < count; n++) {
@@ -178,9 +97,11 @@ static void hear_lessons(const label_job *job, int i, masses *m) {
       const vt_sample *sample = &lesson->samples[k];
       double pixel[2];
       if (!vt_clutter_project(photo, sample->world, pixel)) continue;
-      taps t = taps_of(sample->lab, sample->step, (float)pixel[0] / (float)photo->lens.width,
-                       (float)pixel[1] / (float)photo->lens.height);
-      learn_pixel(m, PLACES, &t, sample->tree, sample->weight / (float)count);
+      vt_spot spot = {{sample->lab[0], sample->lab[1], sample->lab[2]},
+                      sample->step,
+                      (float)pixel[0] / (float)photo->lens.width,
+                      (float)pixel[1] / (float)photo->lens.height};
+      vt_add_to_grid(grid, VT_GRID_PLACES, &spot, sample->tree, sample->weight / (float)count);
     }
   }
 }
@@ -202,21 +123,21 @@ static void learn_lane(void *user, size_t begin, size_t end, int worker) {
     for (int i = (int)lane; i < job->clutter->count; i += LANES) {
       float *lab = NULL, *steps = NULL;
       job->status[i] = look_at_photo(job, &job->clutter->photos[i].picture, &lab, &steps);
-      if (!job->status[i]) learn_photo(job, i, lab, steps, &job->lanes[lane], 1);
+      if (!job->status[i]) learn_photo(job, i, lab, steps, job->lanes[lane], 1);
       vt_free(job->context, lab);
       vt_free(job->context, steps);
     }
 }
 
 static void finish_general(label_job *job) {
-  float *tree = job->lanes[0].tree, *rest = job->lanes[0].rest, sums[2] = {0};
+  float *general = job->lanes[0], sums[2] = {0};
   for (int lane = 1; lane < LANES; lane++)
-    for (size_t i = 0; i < COLOURS; i++) tree[i] += job->lanes[lane].tree[i], rest[i] += job->lanes[lane].rest[i];
-  blur_colours(tree, 1);
-  blur_colours(rest, 1);
-  for (size_t i = 0; i < COLOURS; i++) sums[0] += tree[i], sums[1] += rest[i];
-  float ratio = sums[0] > 0 && sums[1] > 0 ? sums[1] / sums[0] : 1, least = 1e-5f * (sums[0] + sums[1]) + 1e-6f;
-  for (size_t i = 0; i < COLOURS; i++) job->general[i] = (tree[i] * ratio + least) / (tree[i] * ratio + rest[i] + 2 * least);
+    for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++) general[i] += job->lanes[lane][i];
+  vt_blur_grid(general, 1);
+  for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++) sums[i & 1] += general[i];
+  job->balance = sums[0] > 0 && sums[1] > 0 ? sums[1] / sums[0] : 1;
+  float least = 1e-5f * (sums[0] + sums[1]) + 1e-6f; // a colour that nobody has seen is as likely one as the other
+  for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++) general[i] = (i & 1 ? general[i] : general[i] * job->balance) + least;
 }
 
 // ---- labelling
@@ -235,18 +156,18 @@ static float possible_at(const vt_image *possible, float x, float y) { // x, y: 
 }
 
 static void judge_pixels(const label_job *job, const vt_clutter_photo *photo, const float *lab, const float *steps,
-                         const masses *m, float *prior, float *confidence) {
+                         const float *grid, float *prior, float *confidence) {
   int width = photo->picture.width, height = photo->picture.height;
   for (int y = 0; y < height; y++)
     for (int x = 0; x < width; x++) {
       size_t at = (size_t)y * (size_t)width + (size_t)x;
-      float u = (float)x / (float)width, v = (float)y / (float)height;
-      taps t = taps_of(lab + 3 * at, steps[at], u, v);
-      float tree = read_cell(m->tree, &t), rest = read_cell(m->rest, &t), g = read_colour(job->general, &t);
-      float p = (tree + KAPPA * g) / (tree + rest + KAPPA);
+      float near[2], general[2];
+      vt_spot spot = spot_of(photo, lab, steps, at);
+      vt_read_grids(grid, job->lanes[0], &spot, near, general);
+      float p = (near[0] + KAPPA * general[0] / (general[0] + general[1])) / (near[0] + near[1] + KAPPA);
       float odds = FEWER * (1 - MOST_SMOOTH * vt_smoothness(lab + 3 * at, steps[at]));
       if (photo->possible.pixels) {
-        float allowed = fminf(1, 2 * possible_at(&photo->possible, u, v));
+        float allowed = fminf(1, 2 * possible_at(&photo->possible, spot.x, spot.y));
         odds *= allowed * allowed;
       }
       p = p * odds / (p * odds + (1 - p));
@@ -276,26 +197,22 @@ static vt_status label_photo(label_job *job, int i) {
   vt_clutter_photo *photo = &job->clutter->photos[i];
   vt_context *context = job->context;
   size_t count = (size_t)photo->picture.width * (size_t)photo->picture.height;
-  masses m = {VT_NEW(context, float, (size_t)PLACES *COLOURS), VT_NEW(context, float, (size_t)PLACES *COLOURS)};
+  float *grid = VT_NEW(context, float, 2 * (size_t)VT_GRID_PLACES * VT_GRID_COLOURS);
   float *lab = NULL, *steps = NULL, *prior = VT_NEW(context, float, count), *confidence = VT_NEW(context, float, count);
   float *tree = VT_NEW(context, float, count);
-  vt_status status = m.tree && m.rest && prior && confidence && tree ? VT_OK : VT_OUT_OF_MEMORY;
+  vt_status status = grid && prior && confidence && tree ? VT_OK : VT_OUT_OF_MEMORY;
   if (!status) status = look_at_photo(job, &photo->picture, &lab, &steps);
   if (!status) {
-    learn_photo(job, i, lab, steps, &m, PLACES);
-    if (!photo->said) hear_lessons(job, i, &m);
-    blur_colours(m.tree, PLACES);
-    blur_colours(m.rest, PLACES);
-    blur_places(m.tree);
-    blur_places(m.rest);
-    judge_pixels(job, photo, lab, steps, &m, prior, confidence);
+    learn_photo(job, i, lab, steps, grid, VT_GRID_PLACES);
+    if (!photo->said) hear_lessons(job, i, grid);
+    vt_blur_grid(grid, VT_GRID_PLACES);
+    judge_pixels(job, photo, lab, steps, grid, prior, confidence);
     seed_pixels(job, i, prior, confidence);
     memcpy(tree, prior, count * sizeof *tree);
     status = vt_walk_labels(context, photo->picture.width, photo->picture.height, lab, prior, confidence, tree);
   }
   for (size_t at = 0; at < count && !status; at++) photo->tree[at] = (uint8_t)(255 * tree[at] + 0.5f);
-  vt_free(context, m.tree);
-  vt_free(context, m.rest);
+  vt_free(context, grid);
   vt_free(context, lab);
   vt_free(context, steps);
   vt_free(context, prior);
@@ -349,12 +266,10 @@ vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_lan
   size_t count = (size_t)clutter->count;
   label_job job = {.context = context, .clutter = clutter, .landmarks = landmarks, .log_odds = log_odds, .round = round};
   vt_fill_srgb_table(job.linear);
-  float *lanes = VT_NEW(context, float, 2 * LANES * (size_t)COLOURS);
-  job.general = VT_NEW(context, float, COLOURS);
+  float *lanes = VT_NEW(context, float, 2 * LANES * (size_t)VT_GRID_COLOURS);
   job.status = VT_NEW(context, vt_status, count);
-  vt_status status = lanes && job.general && job.status ? list_sights(context, &job) : VT_OUT_OF_MEMORY;
-  for (int lane = 0; lane < LANES && lanes; lane++)
-    job.lanes[lane] = (masses){lanes + 2 * (size_t)lane * COLOURS, lanes + (2 * (size_t)lane + 1) * COLOURS};
+  vt_status status = lanes && job.status ? list_sights(context, &job) : VT_OUT_OF_MEMORY;
+  for (int lane = 0; lane < LANES && lanes; lane++) job.lanes[lane] = lanes + 2 * (size_t)lane * VT_GRID_COLOURS;
   if (!status) status = make_lessons(&job);
   if (!status) status = vt_parallel(context, LANES, 1, learn_lane, &job);
   for (size_t i = 0; i < count && !status; i++) status = job.status[i];
@@ -364,7 +279,6 @@ vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_lan
   for (int i = 0; i < job.lesson_count; i++) vt_free(context, job.lessons[i].samples);
   vt_free(context, job.lessons);
   vt_free(context, lanes);
-  vt_free(context, job.general);
   vt_free(context, job.status);
   vt_free(context, job.first);
   vt_free(context, job.points);
