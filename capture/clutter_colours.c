@@ -19,10 +19,10 @@
 #include <string.h>
 
 enum { LANES = 16 };
-#define KAPPA 2.0f         // pixels of one colour at one place, after blurring
+#define KAPPA 5.0f         // pixels of one colour at one place, after blurring
 #define SEED_WEIGHT 4.0f   // of a pixel at a landmark, beside one that only was labelled so
 #define UNTAUGHT 0.3f      // weight of what a photograph thinks itself where others were drawn on
-#define FEWER 0.6f         // odds of tree where nothing is known
+#define FEWER 0.7f         // odds of tree where nothing is known
 #define MOST_SMOOTH 0.8f
 #define STROKE_CONFIDENCE 1000.0f
 #define PRIOR_CONFIDENCE 1.0f

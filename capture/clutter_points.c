@@ -20,7 +20,7 @@
 #include <string.h>
 
 enum { L_BINS = 10, C_BINS = 14, BINS = L_BINS * C_BINS * C_BINS, ROUNDS = 5, SIGHTS = 8 };
-#define MOST_COLOUR 3.0f
+#define MOST_COLOUR 2.5f
 #define FAR (-12.0f)
 #define SAID 12.0f
 #define BESIDE 6.0f
@@ -45,7 +45,7 @@ typedef struct judge_job {
 
 static float by_place(const vt_clutter *clutter, vt_vec3 position) {
   double d = vt_length(vt_sub(position, clutter->focus)) / clutter->radius;
-  return d > 1.2 ? FAR : (float)(2.2 - 3.3 * d - 12 * fmax(0, d - 0.8));
+  return d > 1.2 ? FAR : (float)(2.2 - 3.3 * d - 6 * fmax(0, d - 0.8));
 }
 
 // The mean of 3 x 3 pixels, which a landmark's patch covers at least.
