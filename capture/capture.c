@@ -7,15 +7,19 @@
 
 #include "capture/capture.h"
 #include "base/file.h"
+#include "capture/bundler.h"
 #include "capture/calibrate.h"
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
+#include "capture/masks.h"
 #include "capture/transforms.h"
+#include "capture/world.h"
+#include "capture/write_cameras.h"
 
 #include <string.h>
 
 vt_capture_desc vt_default_capture_desc(void) {
-  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .colmap = "colmap"};
+  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .marker_cells = 4, .colmap = "colmap"};
 }
 
 void vt_free_capture_report(vt_context *context, vt_capture_report *report) {
@@ -112,12 +116,15 @@ static vt_status find_photos(vt_context *context, const vt_capture_desc *desc, c
   *folder = folder_in(context, desc->source, "images");
   if (*folder) {
     vt_status status = vt_list_photos(context, *folder, desc->masks, names);
+    if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
     if (status || names->count) return status;
     vt_free_names(context, names);
     vt_free(context, *folder);
   }
   *folder = vt_strdup(context, desc->source);
-  return *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  vt_status status = *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
+  return status;
 }
 
 static bool has_image(const vt_colmap_model *model, const char *name) {
@@ -208,6 +215,16 @@ static vt_status load_folder(vt_context *context, const vt_capture_desc *desc, v
     vt_free(context, base);
   }
   report->kind = found ? VT_SOURCE_COLMAP : VT_SOURCE_PHOTOS;
+  if (!status && !found) {
+    char *bundle = file_in(context, desc->source, "bundle.out");
+    if (bundle || vt_has_projections(context, folder, &names)) {
+      report->kind = bundle ? VT_SOURCE_BUNDLER : VT_SOURCE_PROJECTIONS;
+      status = bundle ? vt_read_bundler(context, bundle, photos, report)
+                      : vt_read_projections(context, folder, &names, photos, report);
+      vt_free(context, bundle);
+      goto done;
+    }
+  }
   if (!status && !found) status = calibrate_photos(context, desc, folder, &names, &model, report);
   if (!status) status = take_model(context, &model, folder, &names, photos, report);
 done:
@@ -218,9 +235,9 @@ done:
   return status;
 }
 
-static bool is_json_name(const char *path) {
-  size_t length = strlen(path);
-  return length > 5 && !strcmp(path + length - 5, ".json");
+static bool ends_with(const char *path, const char *ending) {
+  size_t length = strlen(path), n = strlen(ending);
+  return length > n && !strcmp(path + length - n, ending);
 }
 
 // *root: the capture's folder, to be freed.
@@ -234,7 +251,9 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
                    "%s: no such folder; give a folder of photographs, a COLMAP workspace, or a "
                    "folder with transforms.json",
                    desc->source);
-  if (!is_json_name(desc->source))
+  if (ends_with(desc->source, ".out")) report->kind = VT_SOURCE_BUNDLER;
+  if (report->kind == VT_SOURCE_BUNDLER) return vt_read_bundler(context, desc->source, photos, report);
+  if (!ends_with(desc->source, ".json"))
     return vt_fail(context, VT_BAD_INPUT, "%s: a file; give the folder of photographs, or a transforms.json",
                    desc->source);
   size_t folder_length = (size_t)(vt_base_name(desc->source) - desc->source);
@@ -248,9 +267,25 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
   return status;
 }
 
+vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, vt_camera_format format, const char *folder,
+                             int *count) {
+  VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source);
+  vt_capture_report report = {.reprojection_error = NAN};
+  vt_photos photos = {0};
+  char *root = NULL;
+  vt_status status = load_source(context, desc, &root, &photos, &report);
+  if (!status) status = vt_find_world(context, desc, report.kind == VT_SOURCE_TRANSFORMS, &photos);
+  if (!status) status = vt_export_photos(context, &photos, true, format, folder);
+  *count = photos.count;
+  vt_free_photos(context, &photos);
+  vt_free_capture_report(context, &report);
+  vt_free(context, root);
+  return status;
+}
+
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
-  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap"};
+  static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap", "Bundler", "matrices"};
   vt_capture_report own = {0}, *report = or_null ? or_null : &own;
   vt_photos photos = {0};
   char *root = NULL;
@@ -264,9 +299,13 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) {
     vt_log(context, VT_LOG_NORMAL, "capture: %d photographs with cameras from %s%s", photos.count, kinds[report->kind],
            report->calibration_from_cache ? " (kept from before)" : "");
-    status = vt_choose_mattes(context, desc, root, &photos, report);
+    status = vt_find_ignored(context, desc->ignore, &photos);
   }
+  if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &photos);
+  vt_world world = photos.world;
+  if (!status) status = vt_choose_mattes(context, desc, root, &photos, report);
   if (!status) status = vt_develop_photos(context, desc, &photos, report, out);
+  if (!status) out->world = world;
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);
   vt_free_photos(context, &photos);

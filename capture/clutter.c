@@ -17,9 +17,7 @@
 // within the region); what is as far away as the tree and white as a wall behind it (a pot) is cut off: say so by strokes.
 
 #include "capture/clutter.h"
-#include "base/file.h"
-#include "base/image_file.h"
-#include "capture/develop.h"
+#include "capture/masks.h"
 #include "capture/matte.h"
 #include "capture/scribbles.h"
 #include "capture/spread.h"
@@ -33,6 +31,7 @@ void vt_free_clutter(vt_context *context, vt_clutter *clutter) {
     vt_clutter_photo *photo = &clutter->photos[i];
     vt_free_image(context, &photo->picture);
     vt_free_image(context, &photo->possible);
+    vt_free_image(context, &photo->ignored);
     vt_free(context, photo->said);
     vt_free(context, photo->tree);
   }
@@ -69,10 +68,11 @@ static vt_status load_photo(load_job *job, int i) {
   const vt_photo *photo = &job->photos->items[i];
   vt_clutter_photo *out = &job->clutter->photos[i];
   vt_image picture = {0};
-  vt_status status = vt_read_image(job->context, photo->path, &picture);
-  if (!status && photo->orientation > 1) status = vt_turn_picture(job->context, photo->orientation, &picture);
+  vt_status status = vt_read_photo(job->context, photo, &picture);
   if (!status) status = reduce_rgb(job->context, &picture, job->factor, &out->picture);
   vt_free_image(job->context, &picture);
+  if (!status && photo->ignored)
+    status = vt_read_ignored(job->context, photo, out->picture.width, out->picture.height, &out->ignored);
   if (status) return status;
   out->lens = photo->lens;
   double f = job->factor; // exactly, as in develop.c
@@ -114,6 +114,7 @@ static vt_status load_photos(vt_context *context, const vt_photos *photos, vt_cl
     if (!job.status[i]) continue;
     vt_clear_error(context); // of several bad files the first is the one in the sentence
     vt_free_image(context, &out->photos[i].picture);
+    vt_free_image(context, &out->photos[i].ignored);
     status = load_photo(&job, i);
   }
   vt_free(context, job.status);

@@ -15,6 +15,7 @@ typedef struct vt_clutter_photo {
   vt_vec3 translation; // cam_from_world
   vt_image picture;    // RGB, reduced
   uint8_t *said;       // [height][width] VT_SAID_... by the user; NULL: nothing in this photograph
+  vt_image ignored;    // one channel, not 0 where the picture says nothing; no pixels: all of it counts
   uint8_t *tree;       // [height][width] how surely the pixel is tree, 0..255
   vt_image possible;   // one channel, coarse: whether the other photographs allow a tree there, 0..255; none before the first vote
 } vt_clutter_photo;

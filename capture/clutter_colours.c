@@ -82,7 +82,7 @@ static void learn_photo(const label_job *job, int i, const float *lab, const flo
       bool said = photo->said && photo->said[at] != VT_SAID_NOTHING;
       float p = said ? (photo->said[at] == VT_SAID_TREE ? 1 : 0) : job->round ? (float)photo->tree[at] / 255 : 0;
       float sure = job->round ? fabsf(2 * p - 1) : vt_smoothness(lab + 3 * at, steps[at]);
-      if (!said && sure < 0.2f) continue;
+      if (!said && (sure < 0.2f || (photo->ignored.pixels && photo->ignored.pixels[at]))) continue;
       vt_spot spot = spot_of(photo, lab, steps, at);
       vt_add_to_grid(grid, places, &spot, p, said ? VT_SAID_WEIGHT : own * sure);
     }

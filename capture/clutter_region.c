@@ -167,16 +167,17 @@ static void sum_shares(void *user, size_t begin, size_t end, int worker) {
     int width = photo->picture.width, height = photo->picture.height;
     for (int y = 0; y < s->height; y++)
       for (int x = 0; x < s->width; x++) {
-        int count = 0, tree = 0, said = 0;
+        int count = 0, tree = 0, said = 0, ignored = 0;
         for (int v = y * BLOCK; v < (y + 1) * BLOCK && v < height; v++)
           for (int u = x * BLOCK; u < (x + 1) * BLOCK && u < width; u++, count++) {
             size_t p = (size_t)v * (size_t)width + (size_t)u;
             tree += photo->tree[p];
+            ignored += photo->ignored.pixels && photo->ignored.pixels[p];
             said += photo->said && photo->said[p] != VT_SAID_NOTHING;
           }
         size_t at = (size_t)y * (size_t)s->width + (size_t)x;
         s->tree[at] = fminf(1, 3 * (float)tree / (255 * (float)count));
-        s->weight[at] = 1 + 3 * (float)said / (float)count;
+        s->weight[at] = 2 * ignored > count ? 0 : 1 + 3 * (float)said / (float)count;
       }
   }
 }
@@ -199,7 +200,7 @@ static void vote_slices(void *user, size_t begin, size_t end, int worker) {
           weights += (double)s->weight[cell];
         }
         // what most photographs do not have in their frame is not what they were taken of
-        bool framed = weights * 2 >= job->voter_count;
+        bool framed = weights > 0 && weights * 2 >= job->voter_count;
         job->votes[((size_t)z * GRID + (size_t)y) * GRID + (size_t)x] = framed ? (uint8_t)(255 * exp(sum / weights) + 0.5) : 0;
       }
 }

@@ -17,9 +17,6 @@ vt_status vt_choose_mattes(vt_context *, const vt_capture_desc *, const char *ro
 vt_status vt_develop_photos(vt_context *, const vt_capture_desc *, vt_photos *photos, vt_capture_report *report,
                             vt_views *out);
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for. In place.
-vt_status vt_turn_picture(vt_context *, int orientation, vt_image *picture);
-
 #ifdef __cplusplus
 }
 #endif
