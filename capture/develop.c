@@ -18,6 +18,7 @@
 #include "capture/clutter.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
+#include "capture/situation.h"
 
 #include <string.h>
 
@@ -70,6 +71,22 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
   return status;
 }
 
+// By what most photographs show. Clutter is told from the tree by where it stands, which not all captures say.
+static vt_status recognise(vt_context *context, const vt_photos *photos, vt_matte_mode *mode, vt_capture_report *report) {
+  vt_situation situation = VT_SITUATION_CLUTTER;
+  vt_status status = vt_recognise_situation(context, photos, &situation, report->matte_evidence);
+  if (status) return status;
+  vt_log(context, VT_LOG_NORMAL, "mattes: %s", report->matte_evidence);
+  *mode = situation == VT_SITUATION_SKY       ? VT_MATTE_SKY
+          : situation == VT_SITUATION_CLUTTER ? VT_MATTE_CLUTTER
+                                              : VT_MATTE_BACKDROP;
+  if (*mode == VT_MATTE_CLUTTER)
+    vt_log(context, VT_LOG_NORMAL,
+           "mattes: look at them; where too much or too little is taken for the tree, draw a few strokes on three photographs "
+           "(--scribble)");
+  return VT_OK;
+}
+
 vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
                            vt_capture_report *report) {
   static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "clutter", "none: everything is tree"};
@@ -90,8 +107,9 @@ vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, con
                      "%s: no mask fits a photograph; name them as the photographs, as in masks/%s.png, white where the "
                      "tree is",
                      by_user ? desc->masks : root, photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
-    mode = found ? VT_MATTE_MASKS : VT_MATTE_BACKDROP;
+    mode = found ? VT_MATTE_MASKS : mode;
   }
+  if (!status && mode == VT_MATTE_AUTO) status = recognise(context, photos, &mode, report);
   if (status) return status;
   report->matte = mode;
   vt_log(context, VT_LOG_NORMAL, "mattes: %s", names[mode]);
@@ -149,9 +167,10 @@ static vt_status matte_photo(work *w, int i) {
   vt_image *picture = &w->views[i].picture, matted = {0};
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
   if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY && w->mode != VT_MATTE_CLUTTER) return VT_OK;
-  vt_status status = w->mode == VT_MATTE_CLUTTER
-                         ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
-                         : vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
+  const char *name = w->photos[i].name;
+  vt_status status = w->mode == VT_MATTE_CLUTTER ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
+                     : w->mode == VT_MATTE_SKY   ? vt_matte_sky(w->context, picture, name, &matted)
+                                                 : vt_matte_backdrop(w->context, picture, name, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;

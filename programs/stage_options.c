@@ -29,7 +29,7 @@ const vt_option vt_common_options[] = {
 const vt_option vt_source_options[] = {
     {"matte", 0, VT_OPTION_CHOICE, MATTE_WORDS, 0, 0, false,
      "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
-     "are any, else backdrop"},
+     "are any, else what most photographs show"},
     {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks (or one for all), white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
@@ -118,6 +118,7 @@ void vt_report_source(vt_json_writer *json, const char *source, const vt_views *
   vt_json_put_string(json, "source", source);
   vt_json_put_string(json, "source_kind", kind_name(report->kind));
   vt_json_put_string(json, "matte", matte_name(report->matte));
+  vt_json_put_string(json, "matte_evidence", report->matte_evidence);
   vt_json_put_integer(json, "photographs_found", report->photograph_count);
   vt_json_put_integer(json, "photographs_used", vt_count_views(views, VT_TRAIN));
   vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));
