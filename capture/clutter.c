@@ -17,6 +17,7 @@
 // within the region); what is as far away as the tree and white as a wall behind it (a pot) is cut off: say so by strokes.
 
 #include "capture/clutter.h"
+#include "capture/components.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
 #include "capture/scribbles.h"
@@ -173,6 +174,39 @@ static void probe_tree(vt_context *context, const vt_clutter *clutter, int round
   }
 }
 
+typedef struct speck_job {
+  vt_context *context;
+  vt_clutter *clutter;
+  vt_status *status;
+} speck_job;
+
+// Islands of less than 1/5000 of the picture are leaves of nothing; those that the user drew on stay.
+static void drop_specks(void *user, size_t begin, size_t end, int worker) {
+  speck_job *job = user;
+  (void)worker;
+  for (size_t i = begin; i < end; i++) {
+    vt_clutter_photo *photo = &job->clutter->photos[i];
+    int width = photo->picture.width, height = photo->picture.height;
+    size_t count = (size_t)width * (size_t)height;
+    uint8_t *parts = VT_NEW(job->context, uint8_t, count);
+    job->status[i] = parts ? vt_find_parts(job->context, width, height, photo->tree, 128, 128, count / 5000 + 1, 0, parts)
+                           : VT_OUT_OF_MEMORY;
+    for (size_t p = 0; p < count && !job->status[i]; p++)
+      if (photo->tree[p] >= 128 && parts[p] == VT_PART_NONE && !(photo->said && photo->said[p] == VT_SAID_TREE))
+        photo->tree[p] = 0;
+    vt_free(job->context, parts);
+  }
+}
+
+static vt_status tidy(vt_context *context, vt_clutter *clutter) {
+  size_t count = (size_t)clutter->count;
+  speck_job job = {context, clutter, VT_NEW(context, vt_status, count)};
+  vt_status status = job.status ? vt_parallel(context, count, 1, drop_specks, &job) : VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < count && !status; i++) status = job.status[i];
+  vt_free(context, job.status);
+  return status;
+}
+
 static vt_status run_rounds(vt_context *context, const vt_landmarks *landmarks, vt_clutter *clutter) {
   float *log_odds = VT_NEW(context, float, landmarks->count + 1);
   vt_status status = log_odds ? VT_OK : VT_OUT_OF_MEMORY;
@@ -197,6 +231,7 @@ vt_status vt_separate_clutter(vt_context *context, const vt_photos *photos, cons
   if (!status && scribbles) status = load_strokes(context, photos, scribbles, out);
   if (!status) status = vt_find_clutter_region(context, &photos->landmarks, out);
   if (!status) status = run_rounds(context, &photos->landmarks, out);
+  if (!status) status = tidy(context, out);
   if (status) vt_free_clutter(context, out);
   return status;
 }
