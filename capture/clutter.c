@@ -1,20 +1,23 @@
 // clutter.c - the tree told from what stands around it, by where it stands
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// In a hall or a garden nothing about a pixel says whether it is tree; where it stands does. All photographs are looked at
-// together, reduced to about a megapixel:
-//   1. the region: a sphere around the point that the cameras look at                                  (clutter_region.c)
-//   2. the landmarks of the calibration are judged: near it tree, far from it rest, the same colours alike (clutter_points.c)
-//   3. they are the seeds of every photograph; colours learned from them label the other pixels, by a random walk within
+// In a hall or a garden nothing about a pixel says whether it is tree; where it stands does. All photographs are looked
+// at together, reduced to about a megapixel:
+//   1. the region: a sphere around the point that the cameras look at (clutter_region.c)
+//   2. the landmarks of the calibration are judged: near it tree, far from it rest, the same colours alike
+//   (clutter_points.c)
+//   3. they are the seeds of every photograph; colours learned from them label the other pixels, by a random walk
+//   within
 //      edges                                                                     (clutter_colours.c, clutter_walk.c)
-//   4. the photographs vote on a coarse grid which places are tree, and on the landmarks; back to 2, three rounds in all
-// A user's strokes (scribbles.c) go into 2, 3 and 4, and are never overruled where they are. The idea is that of Campbell,
-// Vogiatzis, Hernandez, Cipolla ("Automatic 3D object segmentation in multiple views using volumetric graph-cuts", 2010): the
-// cameras' fixation as the seed, colours learned from it, silhouettes made to agree.
-// At the end each photograph is taken at its own size: within a narrow rim around the border alpha is the colour line
-// between the surely tree and the surely rest around it, as in backdrop.c.
-// What goes wrong: what touches the tree and has its colours comes along (ferns at its foot, a neighbour of the same kind
-// within the region); what is as far away as the tree and white as a wall behind it (a pot) is cut off: say so by strokes.
+//   4. the photographs vote on a coarse grid which places are tree, and on the landmarks; back to 2, three rounds in
+//   all
+// A user's strokes (scribbles.c) go into 2, 3 and 4, and are never overruled where they are. The idea is that of
+// Campbell, Vogiatzis, Hernandez, Cipolla ("Automatic 3D object segmentation in multiple views using volumetric
+// graph-cuts", 2010): the cameras' fixation as the seed, colours learned from it, silhouettes made to agree. At the end
+// each photograph is taken at its own size: within a narrow rim around the border alpha is the colour line between the
+// surely tree and the surely rest around it, as in backdrop.c. What goes wrong: what touches the tree and has its
+// colours comes along (ferns at its foot, a neighbour of the same kind within the region); what is as far away as the
+// tree and white as a wall behind it (a pot) is cut off: say so by strokes.
 
 #include "capture/clutter.h"
 #include "capture/components.h"
@@ -51,14 +54,16 @@ typedef struct load_job {
 } load_job;
 
 static vt_status reduce_rgb(vt_context *context, const vt_image *in, int factor, vt_image *out) {
-  vt_status status = vt_make_image(context, (in->width + factor - 1) / factor, (in->height + factor - 1) / factor, 3, out);
+  vt_status status =
+      vt_make_image(context, (in->width + factor - 1) / factor, (in->height + factor - 1) / factor, 3, out);
   size_t channels = (size_t)in->channels;
   for (int y = 0; y < out->height && !status; y++)
     for (int x = 0; x < out->width; x++) {
       unsigned sum[3] = {0}, count = 0;
       for (int v = y * factor; v < (y + 1) * factor && v < in->height; v++)
         for (int u = x * factor; u < (x + 1) * factor && u < in->width; u++, count++)
-          for (size_t c = 0; c < 3; c++) sum[c] += in->pixels[((size_t)v * (size_t)in->width + (size_t)u) * channels + c];
+          for (size_t c = 0; c < 3; c++)
+            sum[c] += in->pixels[((size_t)v * (size_t)in->width + (size_t)u) * channels + c];
       for (size_t c = 0; c < 3; c++)
         out->pixels[((size_t)y * (size_t)out->width + (size_t)x) * 3 + c] = (uint8_t)((sum[c] + count / 2) / count);
     }
@@ -82,7 +87,7 @@ static vt_status load_photo(load_job *job, int i) {
   out->lens.height = out->picture.height;
   out->rotation = photo->rotation;
   out->translation = photo->translation;
-  out->tree = VT_NEW(job->context, uint8_t, (size_t)out->picture.width *(size_t)out->picture.height);
+  out->tree = VT_NEW(job->context, uint8_t, (size_t)out->picture.width * (size_t)out->picture.height);
   return out->tree ? VT_OK : VT_OUT_OF_MEMORY;
 }
 
@@ -132,19 +137,22 @@ static vt_status read_strokes(vt_context *context, const vt_photos *photos, char
     vt_clutter_photo *photo = &out->photos[i];
     size_t own_tree = 0, own_rest = 0;
     if (!files[i]) continue;
-    photo->said = VT_NEW(context, uint8_t, (size_t)photo->picture.width *(size_t)photo->picture.height);
-    status = photo->said ? vt_read_scribble(context, files[i], &photos->items[i], photo->picture.width, photo->picture.height,
-                                            photo->said, &own_tree, &own_rest)
+    photo->said = VT_NEW(context, uint8_t, (size_t)photo->picture.width * (size_t)photo->picture.height);
+    status = photo->said ? vt_read_scribble(context, files[i], &photos->items[i], photo->picture.width,
+                                            photo->picture.height, photo->said, &own_tree, &own_rest)
                          : VT_OUT_OF_MEMORY;
     tree += own_tree, rest += own_rest;
     drawn++;
   }
   if (status) return status;
-  vt_log(context, VT_LOG_NORMAL, "scribbles: on %d photographs, %zu pixels of tree and %zu of what is not", drawn, tree, rest);
+  vt_log(context, VT_LOG_NORMAL, "scribbles: on %d photographs, %zu pixels of tree and %zu of what is not", drawn, tree,
+         rest);
   if (!tree)
-    vt_log(context, VT_LOG_NORMAL, "scribbles: no stroke says what is tree; draw some in green or white if the tree is not found");
+    vt_log(context, VT_LOG_NORMAL,
+           "scribbles: no stroke says what is tree; draw some in green or white if the tree is not found");
   if (!rest)
-    vt_log(context, VT_LOG_NORMAL, "scribbles: no stroke says what is not tree; draw some in red or black if too much is taken along");
+    vt_log(context, VT_LOG_NORMAL,
+           "scribbles: no stroke says what is not tree; draw some in red or black if too much is taken along");
   return VT_OK;
 }
 
@@ -189,8 +197,9 @@ static void drop_specks(void *user, size_t begin, size_t end, int worker) {
     int width = photo->picture.width, height = photo->picture.height;
     size_t count = (size_t)width * (size_t)height;
     uint8_t *parts = VT_NEW(job->context, uint8_t, count);
-    job->status[i] = parts ? vt_find_parts(job->context, width, height, photo->tree, 128, 128, count / 5000 + 1, 0, parts)
-                           : VT_OUT_OF_MEMORY;
+    job->status[i] = parts
+                         ? vt_find_parts(job->context, width, height, photo->tree, 128, 128, count / 5000 + 1, 0, parts)
+                         : VT_OUT_OF_MEMORY;
     for (size_t p = 0; p < count && !job->status[i]; p++)
       if (photo->tree[p] >= 128 && parts[p] == VT_PART_NONE && !(photo->said && photo->said[p] == VT_SAID_TREE))
         photo->tree[p] = 0;
@@ -293,10 +302,9 @@ static vt_status make_alpha(vt_context *context, const vt_image *rgb, const floa
   for (size_t p = 0; p < count && !status; p++) {
     memcpy(rgba->pixels + 4 * p, rgb->pixels + 3 * p, 3);
     float guess = fmaxf(0, fminf(1, 0.5f + 2 * (tree[p] - EVEN)));
-    float alpha = sure_tree[p] ? 1
-                  : sure_rest[p]
-                      ? 0
-                      : on_colour_line(rgb->pixels + 3 * p, f.pixels + 3 * p, b.pixels + 3 * p, guess);
+    float alpha = sure_tree[p]   ? 1
+                  : sure_rest[p] ? 0
+                                 : on_colour_line(rgb->pixels + 3 * p, f.pixels + 3 * p, b.pixels + 3 * p, guess);
     rgba->pixels[4 * p + 3] = (uint8_t)(255 * alpha + 0.5f);
   }
   vt_free_image(context, &f);
@@ -306,7 +314,8 @@ static vt_status make_alpha(vt_context *context, const vt_image *rgb, const floa
   return status;
 }
 
-vt_status vt_matte_clutter(vt_context *context, const vt_clutter *clutter, int photo, const vt_image *rgb, vt_image *out_rgba) {
+vt_status vt_matte_clutter(vt_context *context, const vt_clutter *clutter, int photo, const vt_image *rgb,
+                           vt_image *out_rgba) {
   const vt_clutter_photo *from = &clutter->photos[photo];
   double factor = round((double)rgb->width / from->picture.width);
   float *tree = VT_NEW(context, float, (size_t)rgb->width *(size_t)rgb->height);

@@ -17,7 +17,8 @@ typedef struct vt_clutter_photo {
   uint8_t *said;       // [height][width] VT_SAID_... by the user; NULL: nothing in this photograph
   vt_image ignored;    // one channel, not 0 where the picture says nothing; no pixels: all of it counts
   uint8_t *tree;       // [height][width] how surely the pixel is tree, 0..255
-  vt_image possible;   // one channel, coarse: whether the other photographs allow a tree there, 0..255; none before the first vote
+  vt_image possible;   // one channel, coarse: whether the other photographs allow a tree there, 0..255; none before the
+                       // first vote
 } vt_clutter_photo;
 
 typedef struct vt_clutter {
@@ -27,8 +28,8 @@ typedef struct vt_clutter {
   double radius;            // world units: how far it may reach
 } vt_clutter;
 
-// Tells the tree from the rest in all photographs together. scribbles: folder of a user's strokes, or NULL. VT_BAD_INPUT naming
-// the file, VT_CANCELLED.
+// Tells the tree from the rest in all photographs together. scribbles: folder of a user's strokes, or NULL.
+// VT_BAD_INPUT naming the file, VT_CANCELLED.
 vt_status vt_separate_clutter(vt_context *, const vt_photos *, const char *scribbles, vt_clutter *out);
 // Straight RGBA of a photograph at its own size, with soft edges and foreground colours. The caller frees `out_rgba`.
 vt_status vt_matte_clutter(vt_context *, const vt_clutter *, int photo, const vt_image *rgb, vt_image *out_rgba);
@@ -56,8 +57,8 @@ vt_status vt_find_steps(vt_context *, int width, int height, const float *lab, f
 float vt_smoothness(const float lab[3], float step);
 
 // tree[height][width] from a first guess: prior 0..1 with confidence, smoothed within edges of the picture. In place.
-vt_status vt_walk_labels(vt_context *, int width, int height, const float *lab, const float *prior, const float *confidence,
-                         float *tree);
+vt_status vt_walk_labels(vt_context *, int width, int height, const float *lab, const float *prior,
+                         const float *confidence, float *tree);
 
 #ifdef __cplusplus
 }

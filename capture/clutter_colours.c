@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Landmarks and strokes say of some thousand pixels of a photograph what they are, and smooth areas are rest
-// (clutter_texture.c). From these, and from the second round on
-// from all pixels as they were labelled last, each colour learns how often it is tree, near here and in general:
+// (clutter_texture.c). From these, from what drawn photographs carry over (clutter_teach.c), and from the second round
+// on from all pixels as they were labelled last, each colour learns how often it is tree, near here and in general:
 //   p(c, x) = (T(c, x) + kappa g(c)) / (T(c, x) + R(c, x) + kappa)
-// T and R are masses of tree and rest in cells of CIELab, roughness and position (clutter_grid.c), and g is the same over all photographs, without position and with equal masses of both: what
-// nobody labelled nearby is judged by the colours of the whole capture. The nearness matters: the same green is tree in the
-// middle and a neighbour's leaf at the side. p becomes the prior of a random walk (clutter_walk.c), less sure where p is
-// near a half; where the other photographs do not allow a tree (clutter_region.c), p falls.
+// T and R are masses of tree and rest in cells of CIELab, roughness and position (clutter_grid.c), and g is the same
+// over all photographs, without position and with equal masses of both: what nobody labelled nearby is judged by the
+// colours of the whole capture. The nearness matters: the same green is tree in the middle and a neighbour's leaf at
+// the side. p becomes the prior of a random walk (clutter_walk.c), less sure where p is near a half; where the other
+// photographs do not allow a tree (clutter_region.c), p falls.
 
 #include "capture/clutter.h"
 #include "base/lab.h"
@@ -19,10 +20,10 @@
 #include <string.h>
 
 enum { LANES = 16 };
-#define KAPPA 5.0f         // pixels of one colour at one place, after blurring
-#define SEED_WEIGHT 4.0f   // of a pixel at a landmark, beside one that only was labelled so
-#define UNTAUGHT 0.3f      // weight of what a photograph thinks itself where others were drawn on
-#define FEWER 0.7f         // odds of tree where nothing is known
+#define KAPPA 5.0f       // pixels of one colour at one place, after blurring
+#define SEED_WEIGHT 4.0f // of a pixel at a landmark, beside one that only was labelled so
+#define UNTAUGHT 0.3f    // weight of what a photograph thinks itself where others were drawn on
+#define FEWER 0.7f       // odds of tree where nothing is known
 #define MOST_SMOOTH 0.8f
 #define STROKE_CONFIDENCE 1000.0f
 #define PRIOR_CONFIDENCE 1.0f
@@ -58,7 +59,8 @@ static float chance(float log_odds) {
   return 1 / (1 + expf(-log_odds));
 }
 
-// Calls for every pixel that something is known of: 3 x 3 around landmarks, strokes, and labelled ones after the first round.
+// Calls for every pixel that something is known of: 3 x 3 around landmarks, strokes, and labelled ones after the first
+// round.
 static void learn_photo(const label_job *job, int i, const float *lab, const float *steps, float *grid, int places) {
   const vt_clutter_photo *photo = &job->clutter->photos[i];
   int width = photo->picture.width, height = photo->picture.height;
@@ -137,7 +139,8 @@ static void finish_general(label_job *job) {
   for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++) sums[i & 1] += general[i];
   job->balance = sums[0] > 0 && sums[1] > 0 ? sums[1] / sums[0] : 1;
   float least = 1e-5f * (sums[0] + sums[1]) + 1e-6f; // a colour that nobody has seen is as likely one as the other
-  for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++) general[i] = (i & 1 ? general[i] : general[i] * job->balance) + least;
+  for (size_t i = 0; i < 2 * VT_GRID_COLOURS; i++)
+    general[i] = (i & 1 ? general[i] : general[i] * job->balance) + least;
 }
 
 // ---- labelling
@@ -254,17 +257,19 @@ static vt_status make_lessons(label_job *job) {
     status = look_at_photo(job, &photo->picture, &lab, &steps);
     if (!status)
       status = vt_make_lesson(job->context, job->clutter, i, job->landmarks, job->points + job->first[i],
-                              job->first[i + 1] - job->first[i], lab, steps, job->round > 0, &job->lessons[job->lesson_count++]);
+                              job->first[i + 1] - job->first[i], lab, steps, job->round > 0,
+                              &job->lessons[job->lesson_count++]);
     vt_free(job->context, lab);
     vt_free(job->context, steps);
   }
   return status;
 }
 
-vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_landmarks *landmarks, const float *log_odds,
-                          int round) {
+vt_status vt_label_pixels(vt_context *context, vt_clutter *clutter, const vt_landmarks *landmarks,
+                          const float *log_odds, int round) {
   size_t count = (size_t)clutter->count;
-  label_job job = {.context = context, .clutter = clutter, .landmarks = landmarks, .log_odds = log_odds, .round = round};
+  label_job job = {
+      .context = context, .clutter = clutter, .landmarks = landmarks, .log_odds = log_odds, .round = round};
   vt_fill_srgb_table(job.linear);
   float *lanes = VT_NEW(context, float, 2 * LANES * (size_t)VT_GRID_COLOURS);
   job.status = VT_NEW(context, vt_status, count);

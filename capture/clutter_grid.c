@@ -1,14 +1,16 @@
 // clutter_grid.c - how often a colour is tree, and how often not, at places of a picture
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A bilateral grid [Paris, Durand 2006, "A fast approximation of the bilateral filter"] of six axes: row, column, roughness
-// (two kinds), L, a, b. Pixels are added to the nearest cell; after blurring the grid is read linearly. The two kinds of
-// roughness are not blurred: they would be one. Both masses of a cell lie side by side, for they are always read together.
+// A bilateral grid [Paris, Durand 2006, "A fast approximation of the bilateral filter"] of six axes: row, column,
+// roughness (two kinds), L, a, b. Pixels are added to the nearest cell; after blurring the grid is read linearly. The
+// two kinds of roughness are not blurred: they would be one. Both masses of a cell lie side by side, for they are
+// always read together.
 
 #include "capture/clutter_grid.h"
 
 enum { T_BINS = 2, L_BINS = 10, C_BINS = 12, COLUMNS = 12, ROWS = 12 };
-_Static_assert(T_BINS * L_BINS * C_BINS * C_BINS == VT_GRID_COLOURS && COLUMNS * ROWS == VT_GRID_PLACES, "as the header says");
+_Static_assert(T_BINS *L_BINS *C_BINS *C_BINS == VT_GRID_COLOURS && COLUMNS * ROWS == VT_GRID_PLACES,
+               "as the header says");
 #define ROUGH 12.0f // CIELab steps from pixel to pixel at which a place is fully rough
 
 typedef struct tap {
@@ -68,14 +70,16 @@ void vt_blur_grid(float *grid, int places) {
   blur_axis(grid, count, 2 * VT_GRID_COLOURS * COLUMNS, ROWS);
 }
 
-static void read_colours(const float *cells, const size_t at[16], const float weights[16], float scale, float masses[2]) {
+static void read_colours(const float *cells, const size_t at[16], const float weights[16], float scale,
+                         float masses[2]) {
   for (int k = 0; k < 16; k++) {
     masses[0] += scale * weights[k] * cells[2 * at[k]];
     masses[1] += scale * weights[k] * cells[2 * at[k] + 1];
   }
 }
 
-void vt_read_grids(const float *near, const float *general, const vt_spot *spot, float near_masses[2], float general_masses[2]) {
+void vt_read_grids(const float *near, const float *general, const vt_spot *spot, float near_masses[2],
+                   float general_masses[2]) {
   tap taps[6];
   size_t at[16];
   float weights[16];

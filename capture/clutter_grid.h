@@ -22,7 +22,8 @@ void vt_add_to_grid(float *grid, int places, const vt_spot *, float p, float wei
 // Blurs by [1 2 1] / 4 along colour, and along position where there are places.
 void vt_blur_grid(float *grid, int places);
 // Masses of tree and of rest at a spot, in `near` (of VT_GRID_PLACES) and in `general` (of one), read linearly.
-void vt_read_grids(const float *near, const float *general, const vt_spot *, float near_masses[2], float general_masses[2]);
+void vt_read_grids(const float *near, const float *general, const vt_spot *, float near_masses[2],
+                   float general_masses[2]);
 
 #ifdef __cplusplus
 }

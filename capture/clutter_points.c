@@ -5,11 +5,14 @@
 //   place    it is near the focus, or far from it: from +2 in the middle to -0.4 at four fifths of the
 //            radius, then falling fast
 //   colour   log of how often its colour is found on landmarks that are tree, over how often on the others, both by the
-//            odds of the round before (a classifier that learns from its own labels, [Scudder 1965]): what stands inside the
-//            region and looks like what stands outside, a floor, a wall, a pot of the house's concrete, is not tree
-//   strokes  where a photograph that the user drew on sees it: on a stroke nothing else counts; beside strokes those count that
-//            are near in the picture and in colour, exp(-D^2) of the nearest tree stroke less that of the nearest other one,
-//            D^2 = |xy|^2 / (width/12)^2 + |Lab|^2 / 15^2: so a stroke speaks for the leaf or the trunk that it lies on
+//            odds of the round before (a classifier that learns from its own labels, [Scudder 1965]): what stands
+//            inside the region and looks like what stands outside, a floor, a wall, a pot of the house's concrete, is
+//            not tree
+//   strokes  where a photograph that the user drew on sees it: on a stroke nothing else counts; beside strokes those
+//   count that
+//            are near in the picture and in colour, exp(-D^2) of the nearest tree stroke less that of the nearest other
+//            one, D^2 = |xy|^2 / (width/12)^2 + |Lab|^2 / 15^2: so a stroke speaks for the leaf or the trunk that it
+//            lies on
 //   mattes   how much tree the photographs that see it show there, once they have mattes
 // What goes wrong: another plant of the same green inside the region; only strokes tell that.
 
@@ -36,7 +39,7 @@ typedef struct judge_job {
   const vt_clutter *clutter;
   const vt_landmarks *landmarks;
   bool with_mattes;
-  stroke **strokes;  // [photographs] NULL where the user did not draw
+  stroke **strokes; // [photographs] NULL where the user did not draw
   int *stroke_counts;
   float *lab;   // [count][3]
   float *fixed; // [count] place, strokes and mattes
@@ -107,7 +110,8 @@ static void judge_one(judge_job *job, size_t k) {
     if (count >= SIGHTS && !photo->said) continue;
     float one[3];
     patch_colour(&photo->picture, x, y, one);
-    if (photo->said) said += by_strokes(job, job->landmarks->seen_by[point->first + s], (float)pixel[0], (float)pixel[1], one);
+    if (photo->said)
+      said += by_strokes(job, job->landmarks->seen_by[point->first + s], (float)pixel[0], (float)pixel[1], one);
     for (int c = 0; c < 3; c++) colour[c] += one[c];
     count++;
   }
@@ -165,8 +169,8 @@ static void learn_colours(const judge_job *job, const float *log_odds, float *hi
   }
 }
 
-vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, const vt_landmarks *landmarks, bool with_mattes,
-                             float *log_odds) {
+vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, const vt_landmarks *landmarks,
+                             bool with_mattes, float *log_odds) {
   size_t count = landmarks->count;
   if (!count) return VT_OK;
   judge_job job = {.clutter = clutter, .landmarks = landmarks, .with_mattes = with_mattes};
@@ -180,7 +184,8 @@ vt_status vt_judge_landmarks(vt_context *context, const vt_clutter *clutter, con
                          ? VT_OK
                          : VT_OUT_OF_MEMORY;
   for (int i = 0; i < clutter->count && !status; i++)
-    if (clutter->photos[i].said) status = sample_strokes(context, &clutter->photos[i], &job.strokes[i], &job.stroke_counts[i]);
+    if (clutter->photos[i].said)
+      status = sample_strokes(context, &clutter->photos[i], &job.strokes[i], &job.stroke_counts[i]);
   if (!status) status = vt_parallel(context, count, 1024, judge_block, &job);
   if (!status) memcpy(log_odds, job.fixed, count * sizeof *log_odds);
   for (int round = 0; round < ROUNDS && !status; round++) {

@@ -1,19 +1,19 @@
 // clutter_region.c - where the tree stands, and what all photographs together allow to be tree
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// People aim at what they photograph: the tree stands at the point nearest to the optical axes, sum |(I - d d^T)(x - c)|^2 ->
-// min, and it fits into the frames: it reaches no farther than half the longer side of a picture at its distance. From a
-// narrow arc the axes are nearly parallel and meet anywhere; the distance is then the median of the landmarks' depths in the
-// middle of each picture, where the tree is.
+// People aim at what they photograph: the tree stands at the point nearest to the optical axes, sum |(I - d d^T)(x -
+// c)|^2 -> min, and it fits into the frames: it reaches no farther than half the longer side of a picture at its
+// distance. From a narrow arc the axes are nearly parallel and meet anywhere; the distance is then the median of the
+// landmarks' depths in the middle of each picture, where the tree is.
 //
-// The vote. A cell of a coarse grid over the sphere is tree as far as the photographs that have it in their frame agree:
-// the geometric mean of how much tree each shows around the cell's projection (space carving [Kutulakos, Seitz 2000] with
-// soft silhouettes, and with room for some photographs to err or to have something before the tree). Seen from a
-// photograph, what is the largest vote along each line of sight? Where it is small, no place within the region could be
-// tree and agree with the others; so a patch that only this photograph takes for tree is rest. Where users drew, their word
-// counts fourfold, and so it is carried to the other photographs: a stroke "not tree" empties all cells behind it.
-// What goes wrong: cells are as big as 1/40 of the radius, gaps between leaves are smaller, and the vote says nothing
-// about them; from a narrow arc it says little about depth.
+// The vote. A cell of a coarse grid over the sphere is tree as far as the photographs that have it in their frame
+// agree: the geometric mean of how much tree each shows around the cell's projection (space carving [Kutulakos, Seitz
+// 2000] with soft silhouettes, and with room for some photographs to err or to have something before the tree). Seen
+// from a photograph, what is the largest vote along each line of sight? Where it is small, no place within the region
+// could be tree and agree with the others; so a patch that only this photograph takes for tree is rest. Where users
+// drew, their word counts fourfold, and so it is carried to the other photographs: a stroke "not tree" empties all
+// cells behind it. What goes wrong: cells are as big as 1/40 of the radius, gaps between leaves are smaller, and the
+// vote says nothing about them; from a narrow arc it says little about depth.
 
 #include "capture/clutter.h"
 #include "capture/scribbles.h"
@@ -21,8 +21,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRID = 80, BLOCK = 8, VOTERS = 48 }; // cells a side; pixels of a coarse cell; photographs that vote
-#define PARALLEL_SPREAD 0.05                // mean sin^2 of the axes' angles to their mean, below which they are parallel
+enum { GRID = 80, BLOCK = 8 };        // cells a side; pixels of a coarse cell
+enum { VOTERS = 48, WITNESSES = 64 }; // photographs that vote, that say how far away the tree is
+#define PARALLEL_SPREAD 0.05          // mean sin^2 of the axes' angles to their mean, below which they are parallel
 #define LEAST_SHARE 0.02f
 
 bool vt_clutter_project(const vt_clutter_photo *photo, vt_vec3 world, double pixel[2]) {
@@ -66,7 +67,8 @@ static bool meet_axes(const vt_clutter *clutter, vt_vec3 *out) {
   for (int i = 0; i < clutter->count; i++) {
     vt_vec3 d = axis_of(&clutter->photos[i]), c = centre_of(&clutter->photos[i]);
     double along = vt_dot(d, c), cosine = vt_dot(d, mean);
-    a[0] += 1 - d.x * d.x, a[1] -= d.x * d.y, a[2] -= d.x * d.z, a[3] += 1 - d.y * d.y, a[4] -= d.y * d.z, a[5] += 1 - d.z * d.z;
+    a[0] += 1 - d.x * d.x, a[1] -= d.x * d.y, a[2] -= d.x * d.z, a[3] += 1 - d.y * d.y, a[4] -= d.y * d.z,
+        a[5] += 1 - d.z * d.z;
     b = vt_add(b, vt_sub(c, vt_scale(d, along)));
     spread += (1 - cosine * cosine) / clutter->count;
   }
@@ -74,9 +76,9 @@ static bool meet_axes(const vt_clutter *clutter, vt_vec3 *out) {
   double determinant = a[0] * c00 + a[1] * c01 + a[2] * c02;
   if (spread < PARALLEL_SPREAD || !(fabs(determinant) > 1e-12)) return false;
   double c11 = a[0] * a[5] - a[2] * a[2], c12 = a[1] * a[2] - a[0] * a[4], c22 = a[0] * a[3] - a[1] * a[1];
-  *out = vt_scale(vt_v3(c00 * b.x + c01 * b.y + c02 * b.z, c01 * b.x + c11 * b.y + c12 * b.z,
-                        c02 * b.x + c12 * b.y + c22 * b.z),
-                  1 / determinant);
+  *out = vt_scale(
+      vt_v3(c00 * b.x + c01 * b.y + c02 * b.z, c01 * b.x + c11 * b.y + c12 * b.z, c02 * b.x + c12 * b.y + c22 * b.z),
+      1 / determinant);
   for (int i = 0; i < clutter->count; i++)
     if (vt_dot(vt_sub(*out, centre_of(&clutter->photos[i])), axis_of(&clutter->photos[i])) <= 0) return false;
   return true;
@@ -102,7 +104,7 @@ static vt_status focus_by_landmarks(vt_context *context, const vt_landmarks *lan
   if (!depths) return VT_OUT_OF_MEMORY;
   vt_vec3 sum = {0, 0, 0};
   int count = 0;
-  for (int i = 0; i < clutter->count; i++) {
+  for (int i = 0; i < clutter->count; i += clutter->count / WITNESSES + 1) {
     double depth = middle_depth(&clutter->photos[i], i, landmarks, depths);
     if (depth <= 0) continue;
     sum = vt_add(sum, vt_add(centre_of(&clutter->photos[i]), vt_scale(axis_of(&clutter->photos[i]), depth)));
@@ -110,10 +112,11 @@ static vt_status focus_by_landmarks(vt_context *context, const vt_landmarks *lan
   }
   vt_free(context, depths);
   if (!count)
-    return vt_fail(context, VT_BAD_INPUT,
-                   "clutter: the cameras look in nearly one direction, and there are no points of a calibration that say how far "
-                   "away the tree is; give the photographs or a COLMAP model instead of transforms.json, or masks of all "
-                   "photographs (--masks)");
+    return vt_fail(
+        context, VT_BAD_INPUT,
+        "clutter: the cameras look in nearly one direction, and there are no points of a calibration that say how far "
+        "away the tree is; give the photographs or a COLMAP model instead of transforms.json, or masks of all "
+        "photographs (--masks)");
   clutter->focus = vt_scale(sum, 1.0 / count);
   return VT_OK;
 }
@@ -201,7 +204,8 @@ static void vote_slices(void *user, size_t begin, size_t end, int worker) {
         }
         // what most photographs do not have in their frame is not what they were taken of
         bool framed = weights > 0 && weights * 2 >= job->voter_count;
-        job->votes[((size_t)z * GRID + (size_t)y) * GRID + (size_t)x] = framed ? (uint8_t)(255 * exp(sum / weights) + 0.5) : 0;
+        job->votes[((size_t)z * GRID + (size_t)y) * GRID + (size_t)x] =
+            framed ? (uint8_t)(255 * exp(sum / weights) + 0.5) : 0;
       }
 }
 
@@ -246,7 +250,8 @@ static vt_status make_vote_job(vt_context *context, vt_clutter *clutter, vote_jo
     s->tree = VT_NEW(context, float, (size_t)s->width *(size_t)s->height);
     s->weight = VT_NEW(context, float, (size_t)s->width *(size_t)s->height);
     if (!s->tree || !s->weight) return VT_OUT_OF_MEMORY;
-    vt_status status = photo->possible.pixels ? VT_OK : vt_make_image(context, s->width, s->height, 1, &photo->possible);
+    vt_status status =
+        photo->possible.pixels ? VT_OK : vt_make_image(context, s->width, s->height, 1, &photo->possible);
     if (status) return status;
   }
   // all where there are few, and always those the user drew on

@@ -1,12 +1,13 @@
 // clutter_teach.c - what a drawn photograph knows, carried to where the others see it
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Strokes say what their own photograph's pixels are. A pixel has no depth, but the landmarks around it have: the inverse depth of
-// a place in the picture is the mean over the landmarks that the photograph sees, weighted by 1/distance^4; without
-// landmarks it is the focus' depth. So every third pixel of a drawn photograph becomes a point in the world with a colour and a
-// label, and falls into the bilateral grids of the other photographs (clutter_colours.c). Their cells are a twelfth
-// of the picture wide, so the depth need not be good. What goes wrong: beside a border in depth the mean is of both
-// sides; a photograph from the other side of the tree sees what stands before the point instead.
+// Strokes say what their own photograph's pixels are. A pixel has no depth, but the landmarks around it have: the
+// inverse depth of a place in the picture is the mean over the landmarks that the photograph sees, weighted by
+// 1/distance^4; without landmarks it is the focus' depth. So every third pixel of a drawn photograph becomes a point in
+// the world with a colour and a label, and falls into the bilateral grids of the other photographs (clutter_colours.c).
+// Their cells are a twelfth of the picture wide, so the depth need not be good. What goes wrong: beside a border in
+// depth the mean is of both sides; a photograph from the other side of the tree sees what stands before the point
+// instead.
 
 #include "capture/clutter_teach.h"
 #include "capture/scribbles.h"
@@ -30,8 +31,8 @@ static void map_depths(const float *seen, size_t count, float otherwise, int col
 }
 
 // x, y in pixels and inverse depth of the landmarks that the photograph sees.
-static size_t list_depths(const vt_clutter_photo *photo, const vt_landmarks *landmarks, const uint32_t *points, size_t count,
-                          float *seen) {
+static size_t list_depths(const vt_clutter_photo *photo, const vt_landmarks *landmarks, const uint32_t *points,
+                          size_t count, float *seen) {
   size_t kept = 0;
   for (size_t i = 0; i < count; i++) {
     vt_vec3 at = landmarks->items[points[i]].position;
@@ -60,13 +61,14 @@ static void take_sample(const vt_clutter_photo *photo, int x, int y, double dept
 }
 
 vt_status vt_make_lesson(vt_context *context, const vt_clutter *clutter, int teacher, const vt_landmarks *landmarks,
-                         const uint32_t *points, size_t point_count, const float *lab, const float *steps, bool labelled,
-                         vt_lesson *out) {
+                         const uint32_t *points, size_t point_count, const float *lab, const float *steps,
+                         bool labelled, vt_lesson *out) {
   const vt_clutter_photo *photo = &clutter->photos[teacher];
   int width = photo->picture.width, height = photo->picture.height;
   int columns = (width + BLOCK - 1) / BLOCK, rows = (height + BLOCK - 1) / BLOCK;
   double focus = vt_add(vt_mul(&photo->rotation, clutter->focus), photo->translation).z;
-  float *seen = VT_NEW(context, float, 3 * point_count + 1), *map = VT_NEW(context, float, (size_t)columns *(size_t)rows);
+  float *seen = VT_NEW(context, float, 3 * point_count + 1),
+        *map = VT_NEW(context, float, (size_t)columns *(size_t)rows);
   *out = (vt_lesson){.teacher = teacher};
   out->samples = VT_NEW(context, vt_sample, (size_t)(width / EVERY + 1) * (size_t)(height / EVERY + 1));
   vt_status status = seen && map && out->samples ? VT_OK : VT_OUT_OF_MEMORY;

@@ -24,8 +24,8 @@ typedef struct vt_lesson {
   vt_sample *samples; // owned; freed with vt_free
 } vt_lesson;
 
-// The lesson of a drawn photograph, of what was labelled too where `labelled`. points[point_count]: the landmarks that it sees;
-// lab, steps: of its picture.
+// The lesson of a drawn photograph, of what was labelled too where `labelled`. points[point_count]: the landmarks that
+// it sees; lab, steps: of its picture.
 vt_status vt_make_lesson(vt_context *, const vt_clutter *, int teacher, const vt_landmarks *, const uint32_t *points,
                          size_t point_count, const float *lab, const float *steps, bool labelled, vt_lesson *out);
 // The lessons of the photographs taken nearest to `pupil`: places in lessons[count], at most VT_MOST_LESSONS. How many.

@@ -4,15 +4,15 @@
 // The random walker with prior models [Grady 2005, "Multilabel random walker image segmentation using prior models"]: x
 // minimises
 //   sum_i lambda_i (x_i - q_i)^2 + sum_ij w_ij (x_i - x_j)^2,   w_ij = exp(-|Lab_i - Lab_j|^2 / 2 sigma^2) + w_0
-// over pixels and their four neighbours, q the prior, lambda how sure it is. It is convex, has no bias to short borders as
-// a graph cut has (which cuts off leaflets and twigs), and gives grey where it is not sure. Solved by successive
+// over pixels and their four neighbours, q the prior, lambda how sure it is. It is convex, has no bias to short borders
+// as a graph cut has (which cuts off leaflets and twigs), and gives grey where it is not sure. Solved by successive
 // over-relaxation; most pixels have a prior, so labels need not walk far and tens of sweeps are enough.
 
 #include "capture/clutter.h"
 
 enum { SWEEPS = 24 };
-#define SIGMA 5.0f     // CIELab units
-#define LEAST 0.004f   // w_0
+#define SIGMA 5.0f   // CIELab units
+#define LEAST 0.004f // w_0
 #define RELAXATION 1.6f
 
 static float edge(const float *lab, size_t p, size_t q) {
@@ -20,8 +20,8 @@ static float edge(const float *lab, size_t p, size_t q) {
   return expf(-(dl * dl + da * da + db * db) / (2 * SIGMA * SIGMA)) + LEAST;
 }
 
-static void sweep(int width, int height, const float *right, const float *below, const float *prior, const float *confidence,
-                  float *x) {
+static void sweep(int width, int height, const float *right, const float *below, const float *prior,
+                  const float *confidence, float *x) {
   size_t w = (size_t)width;
   for (int v = 0; v < height; v++)
     for (int u = 0; u < width; u++) {

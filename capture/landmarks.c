@@ -83,9 +83,10 @@ static vt_status add_image(reader *r, double number, const char *name) {
 
 static vt_status add_point(reader *r, const double position[3], double error) {
   vt_landmarks *out = r->out;
-  if (!make_room(r->context, (void **)&out->items, out->count, &r->capacity, sizeof *out->items)) return VT_OUT_OF_MEMORY;
-  out->items[out->count++] = (vt_landmark){vt_v3(position[0], position[1], position[2]), (float)error,
-                                           (uint32_t)out->seen_count, 0};
+  if (!make_room(r->context, (void **)&out->items, out->count, &r->capacity, sizeof *out->items))
+    return VT_OUT_OF_MEMORY;
+  out->items[out->count++] =
+      (vt_landmark){vt_v3(position[0], position[1], position[2]), (float)error, (uint32_t)out->seen_count, 0};
   return VT_OK;
 }
 
@@ -257,15 +258,16 @@ static vt_status read_part(reader *r, const char *folder, const char *name, vt_s
   return status;
 }
 
-vt_status vt_read_landmarks(vt_context *context, const char *folder, bool binary, const char *const *names, int name_count,
-                            vt_landmarks *out) {
+vt_status vt_read_landmarks(vt_context *context, const char *folder, bool binary, const char *const *names,
+                            int name_count, vt_landmarks *out) {
   *out = (vt_landmarks){0};
   reader r = {.context = context, .names = names, .name_count = name_count, .out = out};
-  vt_status status = read_part(&r, folder, binary ? "images.bin" : "images.txt",
-                               binary ? read_images_binary : read_images_text);
+  vt_status status =
+      read_part(&r, folder, binary ? "images.bin" : "images.txt", binary ? read_images_binary : read_images_text);
   if (r.image_count) qsort(r.images, r.image_count, sizeof *r.images, compare_numbers);
   if (!status)
-    status = read_part(&r, folder, binary ? "points3D.bin" : "points3D.txt", binary ? read_points_binary : read_points_text);
+    status =
+        read_part(&r, folder, binary ? "points3D.bin" : "points3D.txt", binary ? read_points_binary : read_points_text);
   vt_free(context, r.images);
   if (status) vt_free_landmarks(context, out);
   return status;

@@ -22,9 +22,9 @@ typedef struct vt_landmarks {
   int *seen_by;       // photographs, by their place in the list they were read with; owned
 } vt_landmarks;
 
-// Reads points3D and images (.bin if both are there, else .txt) of a COLMAP model. names[name_count], sorted by strcmp: the
-// photographs; what sees a point and is not among them is passed over. A model without points has none. VT_BAD_INPUT
-// naming the file.
+// Reads points3D and images (.bin if both are there, else .txt) of a COLMAP model. names[name_count], sorted by strcmp:
+// the photographs; what sees a point and is not among them is passed over. A model without points has none.
+// VT_BAD_INPUT naming the file.
 vt_status vt_read_landmarks(vt_context *, const char *folder, bool binary, const char *const *names, int name_count,
                             vt_landmarks *out);
 void vt_free_landmarks(vt_context *, vt_landmarks *);

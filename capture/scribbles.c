@@ -1,12 +1,14 @@
 // scribbles.c - a user's strokes: this is the tree, this is not
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A picture of strokes is named as its photograph (a.png, a.jpg.png, a.scribble.png or a_scribble.png for a.jpg) and is one of
+// A picture of strokes is named as its photograph (a.png, a.jpg.png, a.scribble.png or a_scribble.png for a.jpg) and is
+// one of
 //   strokes on nothing    transparent where nothing is said; green or white strokes are tree, red or black ones are not
 //   strokes on the photo  opaque and coloured; only paint counts, pure green and pure red, which no photograph has
 //   a whole mask          opaque and grey: white is tree, black is not, grey says nothing
-// Pixels between (the soft rim of a brush) say nothing. Where a stroke is thinner than a pixel of the reduced photograph, it
-// still fills it. What goes wrong: strokes saved as JPEG bleed; their rims say nothing, so this only makes them thinner.
+// Pixels between (the soft rim of a brush) say nothing. Where a stroke is thinner than a pixel of the reduced
+// photograph, it still fills it. What goes wrong: strokes saved as JPEG bleed; their rims say nothing, so this only
+// makes them thinner.
 
 #include "capture/scribbles.h"
 #include "base/file.h"
@@ -55,8 +57,9 @@ vt_status vt_find_scribbles(vt_context *context, const char *folder, const vt_ph
     int photo = stem ? photo_of_file(photos, stem) : -1;
     vt_free(context, stem);
     if (photo < 0) {
-      vt_log(context, VT_LOG_NORMAL, "scribbles: %s/%s fits no photograph and is left out; name it as the photograph, like %s.png",
-             folder, names.items[i], photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
+      vt_log(context, VT_LOG_NORMAL,
+             "scribbles: %s/%s fits no photograph and is left out; name it as the photograph, like %s.png", folder,
+             names.items[i], photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
       continue;
     }
     if (files[photo]) {
@@ -100,7 +103,8 @@ static kind kind_of(const vt_image *picture) {
 static uint8_t said_by(kind k, const uint8_t *p, bool alpha) {
   int r = p[0], g = p[1], b = p[2];
   if (alpha && p[3] < 128) return VT_SAID_NOTHING;
-  if (k == PAINTED) return g > 200 && r < 80 && b < 80 ? VT_SAID_TREE : r > 200 && g < 80 && b < 80 ? VT_SAID_REST : VT_SAID_NOTHING;
+  if (k == PAINTED)
+    return g > 200 && r < 80 && b < 80 ? VT_SAID_TREE : r > 200 && g < 80 && b < 80 ? VT_SAID_REST : VT_SAID_NOTHING;
   bool white = r > 191 && g > 191 && b > 191, black = r < 64 && g < 64 && b < 64;
   if (k == WHOLE) return white ? VT_SAID_TREE : black ? VT_SAID_REST : VT_SAID_NOTHING;
   if (white || (g > 96 && g - r > 64 && g - b > 64)) return VT_SAID_TREE;
@@ -108,17 +112,18 @@ static uint8_t said_by(kind k, const uint8_t *p, bool alpha) {
   return VT_SAID_NOTHING;
 }
 
-vt_status vt_read_scribble(vt_context *context, const char *file, const vt_photo *photo, int width, int height, uint8_t *said,
-                           size_t *tree, size_t *rest) {
+vt_status vt_read_scribble(vt_context *context, const char *file, const vt_photo *photo, int width, int height,
+                           uint8_t *said, size_t *tree, size_t *rest) {
   vt_image picture = {0};
   vt_status status = vt_read_image(context, file, &picture);
   if (status) return status;
   double sx = (double)picture.width / photo->width, sy = (double)picture.height / photo->height;
   if (fabs(sx - sy) > 0.02 * fmax(sx, sy))
-    status = vt_fail(context, VT_BAD_INPUT,
-                     "%s: scribbles of %d x %d pixels for a photograph of %d x %d, which is another shape; draw them over this "
-                     "photograph, without turning or cutting it",
-                     file, picture.width, picture.height, photo->width, photo->height);
+    status = vt_fail(
+        context, VT_BAD_INPUT,
+        "%s: scribbles of %d x %d pixels for a photograph of %d x %d, which is another shape; draw them over this "
+        "photograph, without turning or cutting it",
+        file, picture.width, picture.height, photo->width, photo->height);
   kind k = status ? STROKES : kind_of(&picture);
   size_t channels = (size_t)picture.channels;
   *tree = *rest = 0;
@@ -136,10 +141,11 @@ vt_status vt_read_scribble(vt_context *context, const char *file, const vt_photo
     *rest += said[i] == VT_SAID_REST;
   }
   if (!status && !*tree && !*rest)
-    status = vt_fail(context, VT_BAD_INPUT,
-                     "%s: no stroke in it; draw the tree in green or white and what is not the tree in red or black, on a "
-                     "transparent layer of the photograph's size",
-                     file);
+    status =
+        vt_fail(context, VT_BAD_INPUT,
+                "%s: no stroke in it; draw the tree in green or white and what is not the tree in red or black, on a "
+                "transparent layer of the photograph's size",
+                file);
   vt_free_image(context, &picture);
   return status;
 }

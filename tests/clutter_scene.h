@@ -1,8 +1,8 @@
 // clutter_scene.h - a small tree among other things, photographed: pictures, truth, cameras and landmarks
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Leaves are discs that face the camera, drawn into a depth buffer of twice the pictures' size; ground and wall are planes
-// with a pattern. Nothing is shared with the code under test but nouns.
+// Leaves are discs that face the camera, drawn into a depth buffer of twice the pictures' size; ground and wall are
+// planes with a pattern. Nothing is shared with the code under test but nouns.
 #ifndef VT_TESTS_CLUTTER_SCENE_H
 #define VT_TESTS_CLUTTER_SCENE_H
 
@@ -10,7 +10,14 @@
 #include "capture/clutter.h"
 #include "tests/capture_folders.h"
 
-enum { SCENE_WIDTH = 320, SCENE_HEIGHT = 240, SCENE_MOST_VIEWS = 12, SCENE_TREE = 1, SCENE_REST = 2, SCENE_NEIGHBOUR = 3 };
+enum {
+  SCENE_WIDTH = 320,
+  SCENE_HEIGHT = 240,
+  SCENE_MOST_VIEWS = 12,
+  SCENE_TREE = 1,
+  SCENE_REST = 2,
+  SCENE_NEIGHBOUR = 3
+};
 
 typedef struct scene_ball {
   vt_vec3 at;
@@ -41,20 +48,23 @@ static inline void scene_plant(scene *s, vt_rng *rng, double x, double y, uint8_
   for (int i = 0; i < 160; i++) {
     double turn = scene_number(rng, 0, 6.28), z = i / 160.0;
     int light = (int)scene_number(rng, -30, 30);
-    scene_put(s, vt_v3(x + 0.06 * cos(turn), y + 0.06 * sin(turn), z), 0.045, 105 + light, 80 + light, 55 + light, kind);
+    scene_put(s, vt_v3(x + 0.06 * cos(turn), y + 0.06 * sin(turn), z), 0.045, 105 + light, 80 + light, 55 + light,
+              kind);
   }
   for (int i = 0; i < leaves; i++) {
     vt_vec3 p;
     do p = vt_v3(scene_number(rng, -1, 1), scene_number(rng, -1, 1), scene_number(rng, -1, 1));
     while (vt_length(p) > 1);
     int light = (int)scene_number(rng, -35, 35);
-    scene_put(s, vt_v3(x + 0.75 * p.x, y + 0.75 * p.y, 1.6 + 0.75 * p.z), 0.05, 60 + light, 125 + light, 50 + light, kind);
+    scene_put(s, vt_v3(x + 0.75 * p.x, y + 0.75 * p.y, 1.6 + 0.75 * p.z), 0.05, 60 + light, 125 + light, 50 + light,
+              kind);
   }
 }
 
 // Sand with flagstones, and a brick wall.
 static inline void scene_plane_colour(bool wall, double u, double v, int out[3]) {
-  double row = floor(v * 4), joint = fabs(v * 4 - row - 0.5) > 0.44 || fabs(u * 2 + 0.5 * fmod(row, 2) - floor(u * 2 + 0.5 * fmod(row, 2)) - 0.5) > 0.47;
+  double row = floor(v * 4), joint = fabs(v * 4 - row - 0.5) > 0.44 ||
+                                     fabs(u * 2 + 0.5 * fmod(row, 2) - floor(u * 2 + 0.5 * fmod(row, 2)) - 0.5) > 0.47;
   int tone = (int)(12 * sin(7.1 * floor(u * 2 + 0.5 * fmod(row, 2)) + 3.3 * row));
   out[0] = (wall ? 150 : 175) + tone + (joint ? 35 : 0);
   out[1] = (wall ? 110 : 165) + tone + (joint ? 50 : 0);
@@ -128,8 +138,8 @@ static inline void scene_photograph(place *p, scene *s, int v, vt_rng *rng) {
   vt_free(p->context, kinds);
 }
 
-// The tree at the origin, stones beside it, a neighbour of the same kind at (beside, behind), ground and wall. The cameras stand
-// on an arc of 110 degrees, or in a row and look in one direction.
+// The tree at the origin, stones beside it, a neighbour of the same kind at (beside, behind), ground and wall. The
+// cameras stand on an arc of 110 degrees, or in a row and look in one direction.
 static inline scene *make_scene(place *p, int view_count, double beside, double behind, bool parallel) {
   scene *s = VT_NEW(p->context, scene, 1);
   vt_rng rng = {7, 11};
@@ -139,12 +149,14 @@ static inline scene *make_scene(place *p, int view_count, double beside, double 
   scene_plant(s, &rng, beside, behind, SCENE_NEIGHBOUR, 900);
   for (int i = 0; i < 300; i++) {
     int grey = (int)scene_number(&rng, 90, 160);
-    scene_put(s, vt_v3(-1.6 + scene_number(&rng, -0.4, 0.4), 0.3 + scene_number(&rng, -0.4, 0.4), scene_number(&rng, 0, 0.5)), 0.08,
-              grey, grey, grey + 5, SCENE_REST);
+    scene_put(
+        s, vt_v3(-1.6 + scene_number(&rng, -0.4, 0.4), 0.3 + scene_number(&rng, -0.4, 0.4), scene_number(&rng, 0, 0.5)),
+        0.08, grey, grey, grey + 5, SCENE_REST);
   }
   for (int v = 0; v < view_count; v++) {
     double share = view_count > 1 ? (double)v / (view_count - 1) - 0.5 : 0, turn = share * 110 * VT_PI / 180;
-    vt_vec3 eye = parallel ? vt_v3(1.6 * share, -4.5, 1.3 + 0.3 * (v % 3)) : vt_v3(4.5 * sin(turn), -4.5 * cos(turn), 1.4 + 0.3 * (v % 3));
+    vt_vec3 eye = parallel ? vt_v3(1.6 * share, -4.5, 1.3 + 0.3 * (v % 3))
+                           : vt_v3(4.5 * sin(turn), -4.5 * cos(turn), 1.4 + 0.3 * (v % 3));
     vt_vec3 target = parallel ? vt_add(eye, vt_v3(0, 1, 0)) : vt_v3(0, 0, 1.15);
     s->cameras[v] = vt_look_at(eye, target, vt_v3(0, 0, 1), 2 * atan(120 / 280.0), SCENE_WIDTH, SCENE_HEIGHT);
     scene_photograph(p, s, v, &rng);
@@ -189,8 +201,11 @@ static inline vt_landmarks scene_landmarks(place *p, const scene *s) {
   vt_landmarks out = {.items = VT_NEW(p->context, vt_landmark, 4000),
                       .seen_by = VT_NEW(p->context, int, 4000 * SCENE_MOST_VIEWS)};
   for (int i = 0; i < s->ball_count; i++) scene_mark(p, s, s->balls[i].at, 1e-3, &out);
-  for (int i = 0; i < 300; i++) scene_mark(p, s, vt_v3(floor(scene_number(&rng, -10, 10)) / 2, 5, floor(scene_number(&rng, 0, 12)) / 4), 0.05, &out);
-  for (int i = 0; i < 300; i++) scene_mark(p, s, vt_v3(floor(scene_number(&rng, -8, 8)) / 2, floor(scene_number(&rng, -8, 16)) / 4, 0), 0.05, &out);
+  for (int i = 0; i < 300; i++)
+    scene_mark(p, s, vt_v3(floor(scene_number(&rng, -10, 10)) / 2, 5, floor(scene_number(&rng, 0, 12)) / 4), 0.05,
+               &out);
+  for (int i = 0; i < 300; i++)
+    scene_mark(p, s, vt_v3(floor(scene_number(&rng, -8, 8)) / 2, floor(scene_number(&rng, -8, 16)) / 4, 0), 0.05, &out);
   return out;
 }
 
@@ -206,7 +221,13 @@ static inline vt_photos scene_photos(place *p, const scene *s, bool landmarks) {
     assert_non_null(photo);
     const vt_camera *c = &s->cameras[v];
     photo->width = SCENE_WIDTH, photo->height = SCENE_HEIGHT;
-    photo->lens = (vt_lens){.model = VT_LENS_PINHOLE, .width = SCENE_WIDTH, .height = SCENE_HEIGHT, .fx = c->fx, .fy = c->fy, .cx = c->cx, .cy = c->cy};
+    photo->lens = (vt_lens){.model = VT_LENS_PINHOLE,
+                            .width = SCENE_WIDTH,
+                            .height = SCENE_HEIGHT,
+                            .fx = c->fx,
+                            .fy = c->fy,
+                            .cx = c->cx,
+                            .cy = c->cy};
     photo->rotation = c->rotation;
     photo->translation = c->translation;
   }
@@ -214,7 +235,8 @@ static inline vt_photos scene_photos(place *p, const scene *s, bool landmarks) {
   return photos;
 }
 
-// Strokes as a user would draw them on photograph v: a dozen thick dots on each of the tree, its neighbour and the rest.
+// Strokes as a user would draw them on photograph v: a dozen thick dots on each of the tree, its neighbour and the
+// rest.
 static inline void scene_draw_strokes(place *p, const scene *s, int v) {
   vt_image strokes = {0};
   vt_rng rng = {(uint64_t)v + 1, 9};
@@ -222,7 +244,8 @@ static inline void scene_draw_strokes(place *p, const scene *s, int v) {
   int drawn[4] = {0};
   assert_int_equal(vt_make_image(p->context, SCENE_WIDTH, SCENE_HEIGHT, 4, &strokes), VT_OK);
   for (int turn = 0; turn < 20000; turn++) {
-    int x = 4 + (int)(vt_random(&rng) % (SCENE_WIDTH - 8)), y = 4 + (int)(vt_random(&rng) % (SCENE_HEIGHT - 8)), alike = 0;
+    int x = 4 + (int)(vt_random(&rng) % (SCENE_WIDTH - 8)), y = 4 + (int)(vt_random(&rng) % (SCENE_HEIGHT - 8)),
+        alike = 0;
     uint8_t kind = s->kinds[v][y * SCENE_WIDTH + x];
     for (int j = -2; j <= 2; j++)
       for (int i = -2; i <= 2; i++) alike += s->kinds[v][(y + j) * SCENE_WIDTH + x + i] == kind;

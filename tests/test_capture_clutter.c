@@ -154,15 +154,17 @@ static void put_workspace(place *p, const scene *s, const vt_landmarks *landmark
   size_t room = landmarks->count * 60 + landmarks->seen_count * 10 + 1;
   char *text = VT_NEW(p->context, char, room), *end = text, images[4096], *at_end = images, camera[128];
   const vt_camera *c = &s->cameras[0];
-  snprintf(camera, sizeof camera, "1 PINHOLE %d %d %.9g %.9g %.9g %.9g\n", c->width, c->height, c->fx, c->fy, c->cx, c->cy);
+  snprintf(camera, sizeof camera, "1 PINHOLE %d %d %.9g %.9g %.9g %.9g\n", c->width, c->height, c->fx, c->fy, c->cx,
+           c->cy);
   put_text(p, "sparse/0/cameras.txt", camera);
   for (int v = 0; v < s->view_count; v++) {
     const double *m = s->cameras[v].rotation.m;
     vt_vec3 t = s->cameras[v].translation;
-    double w = sqrt(fmax(0, 1 + m[0] + m[4] + m[8])) / 2; // the cameras stand upright and look away from the viewer's side: w > 0
+    double w = sqrt(fmax(0, 1 + m[0] + m[4] + m[8])) /
+               2; // the cameras stand upright and look away from the viewer's side: w > 0
     assert_true(w > 0.1);
-    at_end += sprintf(at_end, "%d %.12g %.12g %.12g %.12g %.12g %.12g %.12g 1 photo_%02d.pam\n\n", v + 1, w, (m[7] - m[5]) / (4 * w),
-                      (m[2] - m[6]) / (4 * w), (m[3] - m[1]) / (4 * w), t.x, t.y, t.z, v);
+    at_end += sprintf(at_end, "%d %.12g %.12g %.12g %.12g %.12g %.12g %.12g 1 photo_%02d.pam\n\n", v + 1, w,
+                      (m[7] - m[5]) / (4 * w), (m[2] - m[6]) / (4 * w), (m[3] - m[1]) / (4 * w), t.x, t.y, t.z, v);
   }
   put_text(p, "sparse/0/images.txt", images);
   for (size_t k = 0; k < landmarks->count; k++) {
@@ -319,8 +321,11 @@ static void landmarks_are_read_with_the_photographs_that_see_them(void **state) 
   static const char *const names[] = {"a.jpg", "b.jpg", "c.jpg"};
   place p = open_place();
   vt_landmarks landmarks = {0};
-  put_text(&p, "model/images.txt", "# images\n7 1 0 0 0 0 0 0 1 c.jpg\n\n2 1 0 0 0 0 0 0 1 a.jpg\n1 2 3\n9 1 0 0 0 0 0 0 1 lost.jpg\n\n");
-  put_text(&p, "model/points3D.txt", "# points\n1 1 2 3 9 9 9 0.5 7 0 2 4 7 1\n2 4 5 6 9 9 9 0.25 9 0\n3 nan 0 0 9 9 9 1 2 0\n4 7 8 9 1 1 1 2 2 0\n");
+  put_text(&p, "model/images.txt",
+           "# images\n7 1 0 0 0 0 0 0 1 c.jpg\n\n2 1 0 0 0 0 0 0 1 a.jpg\n1 2 3\n9 1 0 0 0 0 0 0 1 lost.jpg\n\n");
+  put_text(
+      &p, "model/points3D.txt",
+      "# points\n1 1 2 3 9 9 9 0.5 7 0 2 4 7 1\n2 4 5 6 9 9 9 0.25 9 0\n3 nan 0 0 9 9 9 1 2 0\n4 7 8 9 1 1 1 2 2 0\n");
   assert_int_equal(vt_read_landmarks(p.context, at(&p, "model"), false, names, 3, &landmarks), VT_OK);
   assert_int_equal(landmarks.count, 3);
   assert_close(landmarks.items[0].position.y, 2, 0);
