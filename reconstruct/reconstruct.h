@@ -41,6 +41,7 @@ typedef struct vt_level_report {
   uint32_t hull_cells, cells;             // before and after pruning by opacity
   uint64_t billboards_before, billboards; // (view, cell) pairs before and after pruning by visibility
   uint32_t view_least, view_median, view_most; // billboards left of one view, over the views [LRMDM06 Fig. 4]
+  double mass_factor;                     // by which the level was made denser to be as opaque as the next finer one; 0: was not
   double pruned_energy;                   // mean square of what the pruned billboards add to a pixel's alpha at the own cameras
   double own_alpha_rmse;                  // of the textures at the photographs' own cameras (tiles; best: 0)
   uint64_t rays;                          // per iteration
