@@ -18,7 +18,7 @@
 #include <math.h>
 
 #define CAMERAS 24
-#define LEAST_HEIGHT 96 // of a picture, pixels
+#define LEAST_HEIGHT 48 // of a picture, pixels
 #define MOST 2.0 // factor
 
 double vt_mass_with_factor(const vt_fimage *picture, double g) {

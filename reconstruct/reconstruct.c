@@ -21,6 +21,7 @@ vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset pres
                                .prune_hidden = true,
                                .prune_thin = true,
                                .split_where_needed = method == VT_METHOD_BEST,
+                               .drop_redundant = method == VT_METHOD_BEST,
                                .refine_epochs = -1};
 }
 
@@ -167,6 +168,7 @@ vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, c
   vt_run r = {context, desc, vt_recipe_of(desc), &train, out, &report, .root_pixels = 0};
   status = reconstruct_views(&r);
   vt_free(context, r.split);
+  vt_free(context, r.stand_in);
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
   if (or_null) *or_null = report;
