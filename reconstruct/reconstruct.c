@@ -5,7 +5,6 @@
 // opacity and colour on photographs of matching resolution, and pruned of what turned out empty. The finest levels are
 // refined through the compositor. Then every level gets its textures from its own cells and its own photographs.
 
-#include <stdlib.h>
 #include "reconstruct/bounds.h"
 #include "reconstruct/level_mass.h"
 #include "reconstruct/run.h"
@@ -150,7 +149,7 @@ static vt_status reconstruct_views(vt_run *r) {
   vt_reset_peak(r->context);
   r->leaf = leaf;
   status = make_all_levels(r);
-  if (!status && !getenv("NOMATCH")) status = match_levels(r);
+  if (!status) status = match_levels(r);
   r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
   r->report->leaf_level = r->tree->octree.level_count - 1;
   return status;

@@ -99,7 +99,7 @@ static void no_frame_of_a_slow_orbit_jumps(void **state) {
 // ---- levels
 
 // Mean alpha of a level's picture over that of the next finer level's, means over some views, and the RMSE of the two over
-// white. Between photographs: from eight directions at the distance from where `level` is drawn; else at the photographs' own
+// white. Between photographs: from 24 directions at the distance from where `level` is drawn; else at the photographs' own
 // cameras, each with its own texture.
 static double mass_kept(const work *w, vt_renderer *renderer, int level, bool between, double *rmse) {
   enum { DIRECTIONS = 24, SIZE = 96 };
@@ -124,9 +124,9 @@ static double mass_kept(const work *w, vt_renderer *renderer, int level, bool be
   return mass[0] / mass[1];
 }
 
-// Asked is 1 %. It holds for the finest pair at the photographs' cameras. Coarser levels are textured with reduced photographs,
-// whose R is interpolated, as a geometric mean, between pixels: up to 4.4 % was measured. Between photographs R is blended, as
-// a geometric mean too, and up to 8 % of these sparse crowns was measured, more or less as the cells are coarse.
+// Asked is 1 % between photographs, which level_mass.c sets for its own cameras; from these 24 directions, of which only 16 have a
+// photograph within tens of degrees, up to 2.6 % was measured (7.6 % where levels were left as they were fitted). At the
+// photographs' own cameras coarse levels are too opaque by what they would lack between them.
 static void a_coarser_level_shows_as_much_of_the_tree(void **state) {
   (void)state;
   static const char *const scenes[] = {"tree_96", "small_oak_128"};
@@ -139,9 +139,9 @@ static void a_coarser_level_shows_as_much_of_the_tree(void **state) {
       double rmse, own = mass_kept(&w, renderer, level, false, &rmse), between = mass_kept(&w, renderer, level, true, &rmse);
       printf("%s, level %d for %d: %.4f of the opacity at the photographs' cameras, %.4f between, RMSE over white there %.4f\n",
              scenes[s], level, level + 1, own, between, rmse);
-      if (0) assert_close(own, 1, level + 2 == w.tree.octree.level_count ? 0.01 : 0.05);
-      if (0) assert_close(between, 1, 0.1);
-      if (0) assert_true(rmse < 0.04);
+      assert_close(own, 1, level + 2 == w.tree.octree.level_count ? 0.01 : 0.08);
+      assert_close(between, 1, 0.03);
+      assert_true(rmse < 0.04);
     }
     vt_destroy_renderer(w.context, renderer);
     end(&w);
