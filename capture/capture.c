@@ -10,12 +10,15 @@
 #include "capture/calibrate.h"
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
+#include "capture/masks.h"
 #include "capture/transforms.h"
+#include "capture/world.h"
+#include "capture/write_cameras.h"
 
 #include <string.h>
 
 vt_capture_desc vt_default_capture_desc(void) {
-  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .colmap = "colmap"};
+  return (vt_capture_desc){.cookie = VT_COOKIE, .matte = VT_MATTE_AUTO, .marker_cells = 4, .colmap = "colmap"};
 }
 
 void vt_free_capture_report(vt_context *context, vt_capture_report *report) {
@@ -112,12 +115,15 @@ static vt_status find_photos(vt_context *context, const vt_capture_desc *desc, c
   *folder = folder_in(context, desc->source, "images");
   if (*folder) {
     vt_status status = vt_list_photos(context, *folder, desc->masks, names);
+    if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
     if (status || names->count) return status;
     vt_free_names(context, names);
     vt_free(context, *folder);
   }
   *folder = vt_strdup(context, desc->source);
-  return *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  vt_status status = *folder ? vt_list_photos(context, *folder, desc->masks, names) : VT_OUT_OF_MEMORY;
+  if (!status && desc->ignore) vt_drop_inside(context, *folder, desc->ignore, names);
+  return status;
 }
 
 static bool has_image(const vt_colmap_model *model, const char *name) {
@@ -246,6 +252,22 @@ static vt_status load_source(vt_context *context, const vt_capture_desc *desc, c
   return status;
 }
 
+vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, vt_camera_format format, const char *folder,
+                             int *count) {
+  VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source);
+  vt_capture_report report = {.reprojection_error = NAN};
+  vt_photos photos = {0};
+  char *root = NULL;
+  vt_status status = load_source(context, desc, &root, &photos, &report);
+  if (!status) status = vt_find_world(context, desc, report.kind == VT_SOURCE_TRANSFORMS, &photos);
+  if (!status) status = vt_export_photos(context, &photos, true, format, folder);
+  *count = photos.count;
+  vt_free_photos(context, &photos);
+  vt_free_capture_report(context, &report);
+  vt_free(context, root);
+  return status;
+}
+
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
   static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap"};
@@ -262,9 +284,13 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) {
     vt_log(context, VT_LOG_NORMAL, "capture: %d photographs with cameras from %s%s", photos.count, kinds[report->kind],
            report->calibration_from_cache ? " (kept from before)" : "");
-    status = vt_choose_mattes(context, desc, root, &photos, report);
+    status = vt_find_ignored(context, desc->ignore, &photos);
   }
+  if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &photos);
+  vt_world world = photos.world;
+  if (!status) status = vt_choose_mattes(context, desc, root, &photos, report);
   if (!status) status = vt_develop_photos(context, desc, &photos, report, out);
+  if (!status) out->world = world;
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);
   vt_free_photos(context, &photos);

@@ -22,8 +22,13 @@ typedef struct vt_capture_desc {
   uint32_t cookie;
   const char *source;      // a folder of photographs, a COLMAP workspace, a folder with transforms*.json, or such a file
   vt_matte_mode matte;     //
-  const char *masks;       // folder of masks, white = tree; NULL: the usual places
+  const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
+  const char *ignore;      // folder of masks, white = not to be looked at (a post before the tree); or one for all; or NULL
+  const char *marks;       // text file of points marked in photographs and distances between them (marks.c), or NULL
+  double marker_size;      // metres along a side of the square ArUco markers in the photographs; 0: there are none
+  int marker_cells;        // 4..7, their cells along a side
+  double tree_height;      // metres along `up`, if somebody measured it; 0: not known. Marks go before markers, these before it
   const char *colmap;      // program; default "colmap", found on PATH
   const char *cache;       // folder where calibrations are kept by content of the photographs; NULL: none
   int max_image_size;      // pixels, longer side of the pictures that are returned; 0: as they are
@@ -58,6 +63,19 @@ vt_status vt_write_capture(vt_context *, const vt_views *, const char *folder);
 // Writes the same transforms files without pictures into a folder that is there. file_path is `pictures` (like "../") and the
 // picture's path within its capture; mask_path is `masks` (like "mattes/", or NULL: none), the view's name and ".png".
 vt_status vt_write_cameras(vt_context *, const vt_views *, const char *folder, const char *pictures, const char *masks);
+
+// ---- cameras alone, for other programs
+typedef enum vt_camera_format {
+  VT_CAMERAS_COLMAP_TEXT,   // cameras.txt, images.txt and an empty points3D.txt
+  VT_CAMERAS_COLMAP_BINARY, // the same as .bin
+  VT_CAMERAS_TRANSFORMS     // transforms.json, or one for each role where there are test views
+} vt_camera_format;
+// The cameras of a source with the lenses they were taken through, each of the size of its file; no picture is decoded but what
+// calibration needs. A COLMAP model names pictures as they lie in images/, transforms.json by their way from `folder`. *count
+// of them. VT_BAD_INPUT naming a lens that the format has no place for; VT_FAILED if something is in the way.
+vt_status vt_convert_cameras(vt_context *, const vt_capture_desc *, vt_camera_format, const char *folder, int *count);
+// The same for views, whose cameras are pinhole; their pictures are not looked at and need not be there.
+vt_status vt_export_cameras(vt_context *, const vt_views *, vt_camera_format, const char *folder);
 
 #ifdef __cplusplus
 }

@@ -6,6 +6,9 @@
 // whole factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the
 // source, so that width'/width is not quite 1/f and must not be used).
 //
+// What is not to be looked at goes the same way beside the picture. It is reduced by the greatest: a pixel with something
+// ignored in it is ignored.
+//
 // Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full
 // size.
 
@@ -108,24 +111,6 @@ typedef struct work {
   vt_status status[MAX_BATCH];
 } work;
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
-static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
-  vt_image out = {0};
-  vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
-  if (status) return status;
-  size_t channels = (size_t)picture->channels;
-  for (int y = 0; y < out.height; y++)
-    for (int x = 0; x < out.width; x++) {
-      int from_x = orientation == 5 || orientation == 6 ? y : out.height - 1 - y;
-      int from_y = orientation == 5 || orientation == 8 ? x : out.width - 1 - x;
-      memcpy(out.pixels + ((size_t)y * (size_t)out.width + (size_t)x) * channels,
-             picture->pixels + ((size_t)from_y * (size_t)picture->width + (size_t)from_x) * channels, channels);
-    }
-  vt_free_image(context, picture);
-  *picture = out;
-  return VT_OK;
-}
-
 static vt_status drop_alpha(vt_context *context, vt_image *picture) {
   if (picture->channels == 3) return VT_OK;
   vt_image out = {0};
@@ -141,11 +126,8 @@ static vt_status drop_alpha(vt_context *context, vt_image *picture) {
 static vt_status read_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_image *picture = &w->views[i].picture;
-  vt_status status = vt_read_image(w->context, photo->path, picture);
-  if (!status && photo->orientation > 1) status = turn(w->context, photo->orientation, picture);
+  vt_status status = vt_read_photo(w->context, photo, picture);
   if (status) return status;
-  if (picture->width != photo->width || picture->height != photo->height)
-    return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
   switch (w->mode) {
   case VT_MATTE_MASKS:
     return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);
@@ -170,6 +152,28 @@ static vt_status matte_photo(work *w, int i) {
   vt_free_image(w->context, picture);
   *picture = matted;
   return VT_OK;
+}
+
+// The view's map of what is ignored, and alpha 0 there.
+static vt_status ignore_pixels(work *w, int i, int factor) {
+  vt_context *context = w->context;
+  const vt_photo *photo = &w->photos[i];
+  vt_view *view = &w->views[i];
+  vt_image whole = {0}, straight = {0};
+  vt_camera unused = view->camera;
+  vt_status status = vt_read_ignored(context, photo, photo->width, photo->height, &whole);
+  if (!status && !vt_lens_is_pinhole(&photo->lens)) {
+    status = vt_undistort_image(context, &photo->lens, &whole, &unused, &straight);
+    vt_free_image(context, &whole);
+    whole = straight;
+  }
+  for (size_t k = 0; !status && k < (size_t)whole.width * (size_t)whole.height; k++)
+    whole.pixels[k] = whole.pixels[k] > 0 ? 255 : 0;
+  if (!status) status = vt_pool_image(context, &whole, factor, &view->ignored);
+  vt_free_image(context, &whole);
+  for (size_t k = 0; !status && k < (size_t)view->ignored.width * (size_t)view->ignored.height; k++)
+    if (view->ignored.pixels[k]) view->picture.pixels[4 * k + 3] = 0;
+  return status;
 }
 
 static vt_status finish_photo(work *w, int i) {
@@ -202,6 +206,7 @@ static vt_status finish_photo(work *w, int i) {
     }
   }
   vt_free_image(w->context, &other);
+  if (!status && photo->ignored) status = ignore_pixels(w, i, factor);
   return status ? status : vt_check_camera(w->context, &view->camera, photo->path);
 }
 
@@ -229,6 +234,7 @@ static vt_status develop_again(work *w, int count) {
     if (!w->status[i]) continue;
     vt_clear_error(w->context);
     vt_free_image(w->context, &w->views[i].picture);
+    vt_free_image(w->context, &w->views[i].ignored);
     status = develop_photo(w, i);
   }
   return status;

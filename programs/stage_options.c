@@ -31,10 +31,19 @@ const vt_option vt_source_options[] = {
      "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
      "are any, else backdrop"},
     {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
-     "folder of masks, white is tree; default: the usual places beside the photographs"},
+     "folder of masks (or one for all), white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
+    {"ignore", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "folder of masks (or one for all), white where nothing is to be looked at, like a post before the tree"},
     {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
      "reduce photographs to at most N pixels on the longer side"},
+    {"height", 0, VT_OPTION_NUMBER, "METRES", 1e-6, 1e6, false, "the scale of the world: how high the tree is"},
+    {"marks", 0, VT_OPTION_TEXT, "FILE", 0, 0, false,
+     "the scale of the world: a text file of points marked in photographs (PHOTOGRAPH X Y NAME) and distances between them "
+     "(distance NAME NAME METRES)"},
+    {"marker-size", 0, VT_OPTION_NUMBER, "METRES", 1e-6, 1e6, false,
+     "the scale of the world: the side of the ArUco markers in the photographs"},
+    {"marker-cells", 0, VT_OPTION_INTEGER, "N", 4, 7, false, "cells along a side of these markers; default: 4"},
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
     {0}};
 
@@ -74,6 +83,11 @@ vt_status vt_load_source(vt_session *session, const char *source, vt_views *out,
   desc.matte = (vt_matte_mode)vt_choice_of(arguments, "matte", (int)desc.matte);
   desc.masks = vt_text_of(arguments, "masks", desc.masks);
   desc.invert_masks = vt_given(arguments, "invert-masks");
+  desc.tree_height = vt_number_of(arguments, "height", desc.tree_height);
+  desc.marks = vt_text_of(arguments, "marks", desc.marks);
+  desc.marker_size = vt_number_of(arguments, "marker-size", desc.marker_size);
+  desc.marker_cells = vt_integer_of(arguments, "marker-cells", desc.marker_cells);
+  desc.ignore = vt_text_of(arguments, "ignore", desc.ignore);
   desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
   desc.colmap = vt_text_of(arguments, "colmap", desc.colmap);
   desc.cache = session->cache;

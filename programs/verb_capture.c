@@ -30,6 +30,7 @@ static vt_status run(vt_session *session) {
   vt_say(session, "%s: written in %.1f s\n", folder, vt_seconds() - session->start);
   vt_json_writer json = vt_begin_report(session);
   vt_report_source(&json, source, &views, &report);
+  if (views.world.metres_per_unit > 0) vt_json_put_number(&json, "metres_per_unit", views.world.metres_per_unit);
   vt_json_put_string(&json, "output", folder);
   status = vt_end_report(session, &json);
 done:

@@ -10,6 +10,7 @@
 #include "programs/scores.h"
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
+#include "programs/world.h"
 #include "reconstruct/reconstruct.h"
 
 #include <string.h>
@@ -195,6 +196,7 @@ static vt_status set_metadata(vt_session *session, work *job) {
   vt_json_open_object(&json, "statistics");
   put_statistics(&json, job);
   vt_json_close_object(&json);
+  vt_put_world(&json, &job->tree, &job->views.world);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_names(&json, "views", &job->views, VT_TRAIN);
   vt_json_close_object(&json);
@@ -236,6 +238,7 @@ static void say_summary(vt_session *session, const work *job) {
          job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b),
          vt_show_bytes(job->file.file_bytes, c));
   if (!job->raw) vt_say_compression(session, &job->compression);
+  vt_say_world(session, &job->tree);
   vt_say(session, "  seconds:");
   for (int i = 0; i < session->stage_count; i++)
     vt_say(session, "%s %s %.1f", i ? "," : "", session->stages[i].name, session->stages[i].seconds);
@@ -255,6 +258,7 @@ static vt_status write_report(vt_session *session, work *job) {
   put_names(&json, "views_used", &job->views, VT_TRAIN);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_statistics(&json, job);
+  vt_put_world(&json, &job->tree, &job->views.world);
   vt_json_put_integer(&json, "estimated_bytes", (long long)job->reconstruction.estimated_bytes);
   vt_json_put_integer(&json, "file_bytes", (long long)job->file.file_bytes);
   if (job->scores.count) {
