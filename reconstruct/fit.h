@@ -17,7 +17,7 @@ typedef struct vt_fit_desc {
   float opacity_step;    // of Adam, in optical depth per edge, first epoch
   float opacity_share;   // but no more than this share of a usual corner's depth
   float colour_step;     // of Adam, in sRGB 0..1, first epoch
-  float last_step_share; // both steps fall to this share until the end, along a cosine
+  float last_step_share; // both steps fall to this share until the end
   float largest;         // bound of the optical depth across a cell's edge
   float ratio_limit;     // largest factor by which a matte may thicken the cells on its ray, >= 1
   int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many

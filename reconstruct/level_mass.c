@@ -5,12 +5,14 @@
 // at a leaf, that is nearer to the gap: the mean of the logarithms lies below the logarithm of the mean by half their variance.
 // The coarser a level, the more its R have to say, and the more they disagree: each level showed up to a tenth less of a crown
 // than the next finer one, and the crown grew thicker as the eye came near.
-// One factor g on all depths of a level mends the mean. R stays as it is, so optical depths on every ray grow by g and a
-// pixel's opacity becomes 1 - (1 - a)^g: one picture of a level tells its mass for every g, and g is found by halving. Pictures
-// are taken from half way between neighbouring photographs, at the size at which a cell is a pixel, since a level is
-// drawn where its cells are small. The finest level is left alone: it has the photographs' own depths at their cameras. There
-// a coarser level is now too opaque by what it is too thin between them; both cannot be had with one factor, and an eye
-// is between photographs as a rule.
+// A fit cannot mend it: R is made anew from the fitted field, and takes back what the field gained.
+// One factor g on all depths of a level, once its R are made, mends the mean. Optical depths on every ray grow by g and a
+// pixel's opacity becomes 1 - (1 - a)^g: one picture of a level tells its mass for every g, and g is found by halving. The
+// pictures are taken from between each photograph and its two nearest neighbours. The finest level is left alone: it has the
+// photographs' own depths at their cameras. There a coarser level is now too opaque by what it lacked between them; both
+// cannot be had with one factor, and an eye is between photographs as a rule.
+// Small oak, 48 photographs, levels 3 to 6 against level 7 on views never seen: -8.5, -4.6, -1.2, +3.1 % of the opacity without,
+// -0.3, +0.2, +0.5, +0.1 % with the factors, and 0.06, 0.02, 0, 0.05 dB more.
 
 #include "reconstruct/level_mass.h"
 #include "base/rng.h"
@@ -59,8 +61,8 @@ static vt_camera camera_between(const vt_tree *tree, int level, int view) {
   double shrink = fmin(1, fmax(1 / fmax(cells, 1e-9), (double)LEAST_HEIGHT / own->height));
   int width = (int)ceil(own->width * shrink), height = (int)ceil(own->height * shrink);
   vt_vec3 up = vt_v3(-own->rotation.m[3], -own->rotation.m[4], -own->rotation.m[5]);
-  return vt_look_at(vt_add(centre, vt_scale(vt_normalise(way), distance)), centre, up, 2 * atan(0.5 * own->height / own->fy), width,
-                    height);
+  eye = vt_add(centre, vt_scale(vt_normalise(way), distance));
+  return vt_look_at(eye, centre, up, 2 * atan(0.5 * own->height / own->fy), width, height);
 }
 
 static vt_status draw(vt_context *context, const vt_tree *tree, int level, int blend, const vt_camera *camera, vt_fimage *out) {

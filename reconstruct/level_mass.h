@@ -9,8 +9,9 @@
 extern "C" {
 #endif
 
-// For every level but the finest, from fine to coarse: its field is made denser or thinner by one factor, at most twofold, so that
-// pictures from between the photographs are as opaque on the whole as those of the level below it. `blend` as pictures are drawn.
+// For every level but the finest, from fine to coarse: its field is made denser or thinner by one factor, at most twofold, so
+// that pictures from between the photographs are as opaque on the whole as those of the next finer level. `blend`: views that
+// a picture is drawn from.
 // factors: [VT_MAX_LEVEL + 1] or NULL. VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_match_level_mass(vt_context *, vt_tree *, int blend, float *factors);
 

@@ -13,13 +13,13 @@ extern "C" {
 typedef struct vt_redundant_desc {
   uint32_t cookie;
   int neighbours;   // views that stand in for one, 1..VT_MAX_BLEND_VIEWS
-  double tolerance; // a photograph is redundant where the others show it with at most so many times the error of its own texture,
-                    // >= 1
+  double tolerance; // a photograph is redundant where the others show it with at most so many times the error of its own
+                    // texture, >= 1
 } vt_redundant_desc;
 vt_redundant_desc vt_default_redundant_desc(void);
 
-// What was measured of a photograph: squared error (the loss of fit.h) of the picture that its own texture shows, and of the one that
-// those of the others, kept when it was judged, show.
+// What was measured of a photograph: the error (loss of fit.h) of the picture that its own texture shows, and of the one that
+// the textures of the others, those kept when it was judged, show.
 typedef struct vt_redundancy {
   double own, others;
   int stand_in; // the view nearest to it that was kept; itself where it was kept

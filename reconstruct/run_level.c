@@ -226,11 +226,11 @@ static vt_status drop_redundant(vt_run *r, const vt_rays *rays) {
     r->stand_in[v] = found[v].stand_in;
     if (found[v].stand_in == v) continue;
     r->report->redundant_views++;
-    vt_log(r->context, VT_LOG_VERBOSE, "%s: %s and others show it as well (error %.3g, by itself %.3g); no texture of its own is kept",
+    vt_log(r->context, VT_LOG_VERBOSE, "%s: %s and others show it as well (error %.3g, its own %.3g), its textures are dropped",
            r->views->items[v].name, r->views->items[found[v].stand_in].name, found[v].others, found[v].own);
   }
   if (!status && r->report->redundant_views)
-    vt_log(r->context, VT_LOG_NORMAL, "%d of %d photographs are shown as well by the textures of the others; theirs are dropped",
+    vt_log(r->context, VT_LOG_NORMAL, "%d of %d photographs are shown as well by the textures of others; theirs are dropped",
            r->report->redundant_views, r->views->count);
   vt_free(r->context, found);
   return status;
@@ -269,7 +269,8 @@ vt_status vt_run_level(vt_run *r, int level) {
          report->alpha_rmse, report->held_out_rmse, report->coverage_degrees, 100 * report->narrow_share, report->unconstrained,
          report->seconds_opacity);
   if (!status && report->cells) status = texture_level(r, level, &rays);
-  if (!status && report->cells && r->recipe.field && r->desc->drop_redundant && level + 1 == r->leaf && !r->stand_in) status = drop_redundant(r, &rays);
+  bool judged = r->recipe.field && r->desc->drop_redundant && level + 1 == r->leaf && !r->stand_in;
+  if (!status && report->cells && judged) status = drop_redundant(r, &rays);
   if (!status && report->cells) status = vt_probe_level(context, r->tree, level, &reduced);
   vt_free_rays(context, &rays);
   vt_free_reduced_views(context, &reduced);

@@ -54,7 +54,8 @@ static outcome reconstruct(vt_context *context, const vt_views *views, bool drop
 // All photographs of `views`, and those that are no tests so many times more; the pictures belong to `views`.
 static vt_views with_copies(vt_context *context, const vt_views *views, int copies) {
   int train = vt_count_views(views, VT_TRAIN);
-  vt_views out = {.count = views->count + copies * train, .items = VT_NEW(context, vt_view, (size_t)(views->count + copies * train))};
+  vt_views out = {.count = views->count + copies * train};
+  out.items = VT_NEW(context, vt_view, (size_t)out.count);
   assert_non_null(out.items);
   int n = 0;
   for (int i = 0; i < views->count; i++) out.items[n++] = views->items[i];
@@ -94,8 +95,8 @@ static void every_photograph_twice_is_half_the_textures_and_the_same_picture(voi
   vt_destroy_context(context);
 }
 
-// A step aside of a burst's next photograph: the camera turned about the upright axis by a tenth of a degree (a seventh of a pixel at the rim
-// of the tree), with the same picture but for noise of its own, as an error of calibration would have it.
+// The next photograph of a burst: the camera turned about the upright axis by a tenth of a degree (a seventh of a pixel at the
+// rim of the tree), with the same picture but for noise of its own, as an error of calibration would have it.
 static void step_aside(vt_context *context, vt_view *view, vt_rng *rng) {
   double turn = 0.1 / 180 * VT_PI, c = cos(turn), s = sin(turn);
   vt_image picture;
@@ -128,8 +129,8 @@ static void of_bursts_one_photograph_each_stays_and_the_views_between_are_as_goo
       if (n) vt_free_image(context, &before);
     }
   outcome all = reconstruct(context, &bursts, false), some = reconstruct(context, &bursts, true);
-  printf("bursts of %d, all: %llu pixels, held out %.2f dB, own %.2f dB; %d of %d dropped: %llu pixels, %.2f dB, %.2f dB\n", BURST,
-         (unsigned long long)all.pixels, all.held_out, all.own, some.report.redundant_views, some.tree.view_count,
+  printf("bursts of %d, all: %llu pixels, held out %.2f dB, own %.2f dB; %d of %d dropped: %llu pixels, %.2f dB, %.2f dB\n",
+         BURST, (unsigned long long)all.pixels, all.held_out, all.own, some.report.redundant_views, some.tree.view_count,
          (unsigned long long)some.pixels, some.held_out, some.own);
   assert_int_equal(all.report.redundant_views, 0);
   assert_true(some.report.redundant_views >= (BURST - 1) * desc.train_count * 9 / 10);
