@@ -21,6 +21,7 @@
 #include <string.h>
 
 #define MAX_BATCH 256 // 4 for each of at most 64 workers
+#define WORKING_BYTES 32 // for each pixel of a photograph while it is developed
 
 // ---- which mattes
 
@@ -154,6 +155,12 @@ static vt_status matte_photo(work *w, int i) {
   return VT_OK;
 }
 
+// The factor that a photograph is reduced by.
+static int factor_of(int width, int height, int bound) {
+  int longer = width > height ? width : height;
+  return bound > 0 && longer > bound ? (int)(((long)longer + bound - 1) / bound) : 1;
+}
+
 // The view's map of what is ignored, and alpha 0 there.
 static vt_status ignore_pixels(work *w, int i, int factor) {
   vt_context *context = w->context;
@@ -191,8 +198,7 @@ static vt_status finish_photo(work *w, int i) {
       other = (vt_image){0};
     }
   }
-  int longer = view->picture.width > view->picture.height ? view->picture.width : view->picture.height;
-  int bound = w->desc->max_image_size, factor = bound > 0 ? (int)(((long)longer + bound - 1) / bound) : 1;
+  int factor = factor_of(view->picture.width, view->picture.height, w->desc->max_image_size);
   if (!status && factor > 1) {
     status = vt_reduce_image(w->context, &view->picture, factor, &other);
     if (!status) {
@@ -249,19 +255,52 @@ static int choose_batch(vt_context *context, const vt_photos *photos) {
     uint64_t own = (uint64_t)photos->items[i].width * (uint64_t)photos->items[i].height;
     if (own > pixels) pixels = own;
   }
-  uint64_t fitting = bound ? bound / 3 / (32 * pixels) : (uint64_t)workers;
+  uint64_t fitting = bound ? bound / 3 / (WORKING_BYTES * pixels) : (uint64_t)workers;
   if (fitting < (uint64_t)workers) batch = fitting ? (int)fitting : 1;
   return vt_wants_probes(context) ? 1 : batch;
+}
+
+// Bytes that the views take, and the largest photograph while it is developed, at a bound of their longer side.
+static uint64_t bytes_needed(const vt_photos *photos, int bound) {
+  uint64_t all = 0, largest = 0;
+  for (int i = 0; i < photos->count; i++) {
+    const vt_photo *p = &photos->items[i];
+    uint64_t pixels = (uint64_t)p->width * (uint64_t)p->height, f = (uint64_t)factor_of(p->width, p->height, bound);
+    all += (((uint64_t)p->width + f - 1) / f) * (((uint64_t)p->height + f - 1) / f) * (p->ignored ? 5 : 4);
+    largest = pixels > largest ? pixels : largest;
+  }
+  return all + WORKING_BYTES * largest;
+}
+
+// Said before the work: an error after an hour helps nobody. The cure is a size that fits.
+static vt_status check_room(vt_context *context, const vt_capture_desc *desc, const vt_photos *photos) {
+  uint64_t bound = vt_max_memory(context), used = vt_bytes_in_use(context);
+  uint64_t need = bytes_needed(photos, desc->max_image_size), room = bound > used ? bound - used : 0;
+  if (!bound || need <= room) return VT_OK;
+  int fits = 0, most = 0;
+  for (int i = 0; i < photos->count; i++) {
+    const vt_photo *p = &photos->items[i];
+    most = p->width > most ? p->width : most, most = p->height > most ? p->height : most;
+  }
+  for (int f = 2; f < most && !fits; f++)
+    if (bytes_needed(photos, (most + f - 1) / f) <= room) fits = (most + f - 1) / f;
+  char cure[64] = "";
+  if (fits) snprintf(cure, sizeof cure, "--max-image-size %d, or ", fits);
+  return vt_fail(context, VT_OUT_OF_MEMORY,
+                 "--max-memory: the views of %d photographs need %.0f MB, and %.0f MB are allowed; give %s--max-memory %.0fM "
+                 "and more for what comes after",
+                 photos->count, (double)need / 1e6, (double)room / 1e6, cure, ceil(1.05 * (double)(need + used) / 1e6));
 }
 
 vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
                             vt_capture_report *report, vt_views *out) {
   int batch = choose_batch(context, photos), inverted = 0;
   int busy = batch < vt_thread_count(context) ? batch : vt_thread_count(context);
+  vt_status status = check_room(context, desc, photos);
+  if (status) return status;
   out->items = VT_NEW(context, vt_view, (size_t)photos->count);
   if (!out->items) return VT_OUT_OF_MEMORY;
   out->count = photos->count;
-  vt_status status = VT_OK;
   for (int first = 0; first < photos->count && !status; first += batch) {
     int count = photos->count - first < batch ? photos->count - first : batch;
     work w = {context, desc, report->matte, photos->items + first, out->items + first, {0}, {0}, {0}};
@@ -275,7 +314,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
   }
   if (!status && 2 * inverted > photos->count)
     vt_log(context, VT_LOG_NORMAL,
-           "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
+           "masks: most of the border is tree in %d of %d pictures; if black is the tree, give --invert-masks", inverted,
+           photos->count);
   for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;

@@ -7,8 +7,9 @@
 //   a.mask.png, a_mask.png         OpenMVS, Metashape; beside the photograph or in masks/
 //   a.jpg.mask.png, .mask/a.png    RealityCapture
 // A folder that the user names goes before mask_path of transforms.json, and that before these; a file that the user names is
-// the mask of all photographs. Masks of what is to be ignored are found in their folder by the same names. A mask of another
-// size is resized: averaged over the pixel's area, with linear interpolation where it is smaller than the photograph.
+// the mask of all photographs. Masks of what is to be ignored are found in their folder by the same names. A mask that was drawn
+// on the upright picture is turned as the photograph is stored. One of another size is resized: averaged over the pixel's
+// area, with linear interpolation where it is smaller than the photograph.
 
 #include "capture/masks.h"
 #include "base/file.h"
@@ -243,15 +244,22 @@ vt_status vt_make_opaque(vt_context *context, vt_image *picture) {
   return VT_OK;
 }
 
-static vt_status read_fitting_mask(vt_context *context, const char *path, int width, int height, vt_image *out) {
+static bool same_shape(const vt_image *mask, int width, int height) {
+  double sx = (double)mask->width / width, sy = (double)mask->height / height;
+  return fabs(sx - sy) <= 0.02 * fmax(sx, sy);
+}
+
+static vt_status read_fitting_mask(vt_context *context, const char *path, int upright, int width, int height, vt_image *out) {
+  static const int back[] = {5, 8, 7, 6}; // from upright to the rows of the sensor, by the turn the other way, 5..8
   vt_image mask = {0};
   vt_status status = vt_read_mask(context, path, &mask);
+  if (!status && upright > 4 && !same_shape(&mask, width, height) && same_shape(&mask, height, width))
+    status = vt_turn_picture(context, back[upright - 5], &mask); // drawn on the picture as a viewer shows it
   if (!status && mask.width == width && mask.height == height) {
     *out = mask;
     return VT_OK;
   }
-  double sx = (double)mask.width / width, sy = (double)mask.height / height;
-  if (!status && fabs(sx - sy) > 0.02 * fmax(sx, sy))
+  if (!status && !same_shape(&mask, width, height))
     status =
         vt_fail(context, VT_BAD_INPUT,
                 "%s: a mask of %d x %d pixels for a photograph of %d x %d, which is another shape; make it from this "
@@ -266,7 +274,7 @@ vt_status vt_apply_mask(vt_context *context, const vt_photo *photo, bool invert,
                         double *border_share) {
   vt_image mask = {0};
   int width = picture->width, height = picture->height, border = 0, tree = 0;
-  vt_status status = read_fitting_mask(context, photo->mask, width, height, &mask);
+  vt_status status = read_fitting_mask(context, photo->mask, photo->upright, width, height, &mask);
   if (!status) status = vt_make_opaque(context, picture);
   for (int y = 0; y < height && !status; y++)
     for (int x = 0; x < width; x++) {
@@ -285,18 +293,19 @@ vt_status vt_apply_mask(vt_context *context, const vt_photo *photo, bool invert,
 #define MARKED 64 // of 255, from which on a pixel is ignored: a soft border belongs to what it surrounds
 
 vt_status vt_read_ignored(vt_context *context, const vt_photo *photo, int width, int height, vt_image *out) {
-  vt_status status = read_fitting_mask(context, photo->ignored, width, height, out);
+  vt_status status = read_fitting_mask(context, photo->ignored, photo->upright, width, height, out);
   if (status) return status;
   for (size_t i = 0; i < (size_t)width * (size_t)height; i++) out->pixels[i] = out->pixels[i] >= MARKED ? 255 : 0;
   return VT_OK;
 }
 
-static vt_status write_colmap_mask(vt_context *context, const vt_photo *photo, const char *to) {
+static vt_status write_colmap_mask(vt_context *context, vt_photo *photo, const char *to) {
   char *name = vt_concat(context, photo->name, ".png", ""), *path = name ? vt_join(context, to, name) : NULL;
   char *parent = path ? vt_strdup(context, path) : NULL;
   vt_image mask = {0};
   vt_image_info info;
   vt_status status = parent ? vt_read_image_info(context, photo->path, &info) : VT_OUT_OF_MEMORY;
+  if (!status) photo->upright = info.orientation;
   if (!status) status = vt_read_ignored(context, photo, info.width, info.height, &mask);
   for (size_t i = 0; !status && i < (size_t)mask.width * (size_t)mask.height; i++) mask.pixels[i] ^= 255;
   if (!status) {

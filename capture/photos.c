@@ -99,8 +99,7 @@ vt_status vt_fit_photo(vt_context *context, vt_photo *photo, const char *where) 
   return VT_OK;
 }
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
-static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
+vt_status vt_turn_picture(vt_context *context, int orientation, vt_image *picture) {
   vt_image out = {0};
   vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
   if (status) return status;
@@ -119,7 +118,7 @@ static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
 
 vt_status vt_read_photo(vt_context *context, const vt_photo *photo, vt_image *out) {
   vt_status status = vt_read_image(context, photo->path, out);
-  if (!status && photo->orientation > 1) status = turn(context, photo->orientation, out);
+  if (!status && photo->orientation > 1) status = vt_turn_picture(context, photo->orientation, out);
   if (!status && (out->width != photo->width || out->height != photo->height))
     status = vt_fail(context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
   if (status) vt_free_image(context, out);

@@ -40,6 +40,8 @@ void vt_free_photos(vt_context *, vt_photos *);
 vt_status vt_fit_photo(vt_context *, vt_photo *, const char *where);
 // Reads the picture and turns it by `orientation`. VT_BAD_INPUT naming the file, also if it changed since vt_fit_photo.
 vt_status vt_read_photo(vt_context *, const vt_photo *, vt_image *out);
+// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for. In place.
+vt_status vt_turn_picture(vt_context *, int orientation, vt_image *picture);
 // The pinhole camera of a photograph whose lens is one, else one to be filled by vt_undistort_image.
 vt_camera vt_photo_camera(const vt_photo *);
 

@@ -4,25 +4,25 @@
 // The coordinates in a .vtree are those of the cameras it was made with, whatever a unit of these is, so that photographs
 // and tree go on fitting each other. What a unit is in metres stands beside them, in the metadata.
 //
-// The height is measured on the cells that show something: from the lowest to the highest centre and a quarter of a cell beyond
-// each, between a twig that ends in the middle of its cell and a crown that fills it. A ten-thousandth of the opacity at each
-// end is left out: specks in the air are not the tree. It is right to about a cell: trees 2 high, drafts from
-// 160 pixels with 30 to 50 cells: 2.04 small oak, 2.01 birch, 2.07 pine, 1.97 ball.
+// The height: the opacity of the most opaque cell of each layer across `up`, a profile. It ends where it falls below half of what
+// it is within the next layers inward, as a surface between cells does; a ten-thousandth of the opacity at each end is left
+// out, since specks in the air are not the tree. Trees 2 high, drafts from 30 photographs of 160 pixels: ball 1.995, small
+// oak 2.03, birch 2.05, pine 1.995.
 #include "programs/world.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#define SHOWN 0.1   // opacity along a cell's edge from which on it is part of the tree
+#define SHOWN 0.02  // opacity along a cell's edge below which it is air
 #define SPECKS 1e-4 // share of the opacity that may be beyond each end
+enum { INWARD = 4 };
 
-typedef struct slice { double at, weight, edge; } slice; // along the direction
-
-static int compare_slices(const void *a, const void *b) {
-  double x = ((const slice *)a)->at, y = ((const slice *)b)->at;
-  return (x > y) - (x < y);
-}
+typedef struct profile { // layers as thick as the finest cells
+  double first, edge;    // the centre of layer 0
+  int count;
+  double *most, *weight; // [count] most opacity, and sum of it; owned
+  double all;
+} profile;
 
 static bool has_children(const vt_octree *octree, int number, uint32_t i) {
   if (number + 1 >= octree->level_count) return false;
@@ -34,34 +34,57 @@ static bool has_children(const vt_octree *octree, int number, uint32_t i) {
   return false;
 }
 
-// The cells that show something and have no finer ones in their place: counted, and put into slices if that is not NULL.
-static size_t slice_cells(const vt_octree *octree, vt_vec3 direction, slice *slices) {
-  size_t count = 0;
+// The cells that show something and have no finer ones in their place: their range, or into the layers if there are any.
+static void add_cells(const vt_octree *octree, vt_vec3 direction, profile *p, double range[2]) {
   for (int l = 0; l < octree->level_count; l++)
     for (uint32_t i = 0; i < octree->levels[l].cell_count; i++) {
-      double opacity = -expm1(-(double)octree->levels[l].optical_depth[i]);
+      double opacity = -expm1(-(double)octree->levels[l].optical_depth[i]), edge = vt_cell_edge(octree, l);
       if (opacity < SHOWN || has_children(octree, l, i)) continue;
-      double edge = vt_cell_edge(octree, l);
-      if (slices) slices[count] = (slice){vt_dot(vt_cell_centre(octree, l, i), direction), opacity * edge * edge, edge};
-      count++;
+      double at = vt_dot(vt_cell_centre(octree, l, i), direction);
+      range[0] = fmin(range[0], at), range[1] = fmax(range[1], at);
+      if (!p->count) continue;
+      int layer = (int)lround((at - p->first) / p->edge);
+      p->most[layer] = fmax(p->most[layer], opacity);
+      p->weight[layer] += opacity * edge * edge;
+      p->all += opacity * edge * edge;
     }
-  return count;
+}
+
+// Where the profile ends; step 1: from its low end, -1: from its high one.
+static double end_of(const profile *p, int step) {
+  int i = step > 0 ? 0 : p->count - 1;
+  double passed = 0;
+  for (; i + step >= 0 && i + step < p->count && (passed += p->weight[i]) < SPECKS * p->all;) i += step;
+  for (; i >= 0 && i < p->count; i += step) {
+    double inside = 0, half, outside = i - step >= 0 && i - step < p->count ? p->most[i - step] : 0;
+    for (int k = 0, j = i; k < INWARD && j >= 0 && j < p->count; k++, j += step) inside = fmax(inside, p->most[j]);
+    half = 0.5 * inside;
+    if (p->most[i] < half || !(p->most[i] > 0)) continue;
+    double beyond = outside < half ? (p->most[i] - half) / (p->most[i] - outside) : 0.5;
+    return p->first + p->edge * (i - step * beyond);
+  }
+  return p->first;
 }
 
 bool vt_measure_reach(vt_context *context, const vt_tree *tree, vt_vec3 direction, double *low, double *high) {
-  size_t count = slice_cells(&tree->octree, direction, NULL), first = 0, last = 0;
-  slice *slices = count ? VT_NEW(context, slice, count) : NULL;
-  if (!slices) return false;
-  double all = 0, sum = 0;
-  (void)slice_cells(&tree->octree, direction, slices);
-  qsort(slices, count, sizeof *slices, compare_slices);
-  for (size_t i = 0; i < count; i++) all += slices[i].weight;
-  for (first = 0; first + 1 < count && (sum += slices[first].weight) < SPECKS * all;) first++;
-  sum = 0;
-  for (last = count - 1; last > first && (sum += slices[last].weight) < SPECKS * all;) last--;
-  *low = slices[first].at - 0.25 * slices[first].edge, *high = slices[last].at + 0.25 * slices[last].edge;
-  vt_free(context, slices);
-  return *high > *low;
+  const vt_octree *octree = &tree->octree;
+  double range[2] = {INFINITY, -INFINITY};
+  profile p = {.edge = octree->level_count ? vt_cell_edge(octree, octree->level_count - 1) : 0};
+  add_cells(octree, direction, &p, range);
+  if (!(range[0] <= range[1]) || !(range[1] - range[0] < 1e6 * p.edge)) return false;
+  p.first = range[0];
+  p.count = (int)lround((range[1] - range[0]) / p.edge) + 1;
+  p.most = VT_NEW(context, double, (size_t)p.count);
+  p.weight = VT_NEW(context, double, (size_t)p.count);
+  bool there = p.most && p.weight;
+  if (there) {
+    add_cells(octree, direction, &p, range);
+    *low = end_of(&p, 1);
+    *high = end_of(&p, -1);
+  }
+  vt_free(context, p.most);
+  vt_free(context, p.weight);
+  return there && *high > *low;
 }
 
 void vt_put_world(vt_json_writer *json, const vt_tree *tree, const vt_world *world) {

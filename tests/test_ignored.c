@@ -94,7 +94,7 @@ static void an_ignored_post_leaves_the_tree_that_is_there_without_it(void **stat
 #define FRAME(name, more) "{\"file_path\": \"" name "\"" more ", \"transform_matrix\": " IDENTITY "}"
 
 // White from column `from` on.
-static void put_half(place *p, const char *name, int width, int height, int from) {
+static inline void put_half(place *p, const char *name, int width, int height, int from) {
   vt_image mask = {0};
   assert_int_equal(vt_make_image(p->context, width, height, 1, &mask), VT_OK);
   for (int i = 0; i < width * height; i++) mask.pixels[i] = i % width >= from ? 255 : 0;
@@ -188,6 +188,27 @@ static void what_to_ignore_and_does_not_fit_is_refused_by_name(void **state) {
   }
 }
 
+static void paths_of_masks_that_are_no_text_or_not_there_are_refused(void **state) {
+  (void)state;
+  static const char *const frames[] = {", \"mask_path\": 3", ", \"ignore_path\": [1]", ", \"ignore_path\": \"gone.pam\""};
+  static const char *const words[] = {"mask_path", "ignore_path", "gone.pam"};
+  for (int i = 0; i < 3; i++) {
+    place p = open_place();
+    char text[512];
+    put_picture(&p, "a.pam", 12, 8, 4);
+    snprintf(text, sizeof text,
+             "{\"fl_x\": 9, \"frames\": [{\"file_path\": \"a.pam\"%s, \"transform_matrix\": " IDENTITY "}]}", frames[i]);
+    put_text(&p, "transforms.json", text);
+    vt_capture_desc desc = vt_default_capture_desc();
+    vt_views v = {0};
+    desc.source = p.root;
+    assert_int_equal(vt_load_views(p.context, &desc, &v, NULL), VT_BAD_INPUT);
+    const char *sentence = vt_last_error(p.context);
+    if (!strstr(sentence, "frame 0 (a.pam)") || !strstr(sentence, words[i]) || !strchr(sentence, ';')) fail_msg("%d: %s\n", i, sentence);
+    close_place(&p);
+  }
+}
+
 static void one_mask_for_all_is_the_tree_in_every_photograph(void **state) {
   (void)state;
   place p = open_place();
@@ -206,6 +227,31 @@ static void one_mask_for_all_is_the_tree_in_every_photograph(void **state) {
     for (int i = 0; i < 96; i++) assert_int_equal(v.items[n].picture.pixels[4 * i + 3], i % 12 >= 4 ? 255 : 0);
   vt_free_views(p.context, &v);
   vt_free_capture_report(p.context, &report);
+  close_place(&p);
+}
+
+static void masks_of_upright_pictures_are_turned_as_their_photographs_are_stored(void **state) {
+  (void)state;
+  place p = open_place();
+  vt_image mask = {0};
+  assert_int_equal(vt_make_image(p.context, 8, 12, 1, &mask), VT_OK); // as a viewer shows a photograph of 12 x 8
+  for (int i = 0; i < 96; i++) mask.pixels[i] = (uint8_t)(2 * i);
+  put_image(&p, "m.pam", &mask);
+  for (int turn = 5; turn <= 8; turn++) {
+    char path[1024];
+    double share;
+    snprintf(path, sizeof path, "%s", at(&p, "m.pam"));
+    vt_photo photo = {.mask = path, .upright = turn, .width = 12, .height = 8};
+    vt_image picture = make_picture(&p, 12, 8, 3);
+    assert_int_equal(vt_apply_mask(p.context, &photo, false, &picture, &share), VT_OK);
+    for (int v = 0; v < 12; v++)
+      for (int u = 0; u < 8; u++) {
+        int x = turn == 5 || turn == 6 ? v : 11 - v, y = turn == 5 || turn == 8 ? u : 7 - u;
+        assert_int_equal(picture.pixels[4 * (12 * y + x) + 3], mask.pixels[8 * v + u]);
+      }
+    vt_free_image(p.context, &picture);
+  }
+  vt_free_image(p.context, &mask);
   close_place(&p);
 }
 
@@ -271,6 +317,8 @@ int main(void) {
       cmocka_unit_test(masks_of_what_to_ignore_are_found_by_name_and_go_with_the_view),
       cmocka_unit_test(what_to_ignore_and_does_not_fit_is_refused_by_name),
       cmocka_unit_test(one_mask_for_all_is_the_tree_in_every_photograph),
+      cmocka_unit_test(paths_of_masks_that_are_no_text_or_not_there_are_refused),
+      cmocka_unit_test(masks_of_upright_pictures_are_turned_as_their_photographs_are_stored),
 #ifdef VT_WITH_OPENCV
       cmocka_unit_test(what_is_ignored_is_straightened_with_its_photograph),
 #endif
