@@ -33,6 +33,7 @@ typedef struct vt_run {
   int least_seen;            // a cell in the frames of fewer photographs is not believed
   int leaf;                  // the last level that is to be made
   uint64_t bytes_before;     // in use when a level's hull was there and nothing else of it
+  int *stand_in;             // [photographs] the view that says what it would say, itself as a rule; NULL: not known yet; owned
   uint8_t *split;            // [cells of the last level] those that the next comes from; NULL: all; owned
 } vt_run;
 
