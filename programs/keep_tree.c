@@ -1,12 +1,12 @@
 // keep_tree.c - raw trees in the cache, so that other codebooks or another output need no reconstruction
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Key: cameras and pixels of the photographs that reconstruct looks at, its desc, the bound of memory (where memory is short a
-// tree has fewer cells) and the program. What the clock decides (--time-budget) is never kept.
-// A raw .vtree holds corners and view textures exactly, but rounds the cells' own colours to bytes. What is compressed from the
-// cache must be what would have been compressed without it, so the cells' values stand in a second file as they are, and the
-// report in a third. These two are for this program on this machine, which the key makes sure of. Raw tiles of the papers'
-// methods can be gigabytes: a tree of more than a quarter of the cache is not kept.
+// Key: cameras and pixels of the photographs that reconstruct looks at, its desc, the bound of memory (where memory is
+// short a tree has fewer cells) and the program. What the clock decides (--time-budget) is never kept. A raw .vtree
+// holds corners and view textures exactly, but rounds the cells' own colours to bytes. What is compressed from the
+// cache must be what would have been compressed without it, so the cells' values stand in a second file as they are,
+// and the report in a third. These two are for this program on this machine, which the key makes sure of. Raw tiles of
+// the papers' methods can be gigabytes: a tree of more than a quarter of the cache is not kept.
 #include "programs/keep_tree.h"
 
 #include "base/cache.h"
@@ -20,15 +20,17 @@
 
 static uint64_t hash_desc(const vt_reconstruct_desc *d, uint64_t hash) {
   _Static_assert(sizeof(void *) != 8 || sizeof(vt_reconstruct_desc) == 56, "hash the new member");
-  int64_t numbers[] = {(int64_t)d->method, (int64_t)d->preset,   d->leaf_level,   d->hull_votes, d->skip_empty_pixels,
-                       d->keep_chords,     d->prune_hidden,      d->prune_thin,   d->split_where_needed, d->refine_epochs};
+  int64_t numbers[] = {(int64_t)d->method,    (int64_t)d->preset, d->leaf_level,   d->hull_votes,
+                       d->skip_empty_pixels,  d->keep_chords,     d->prune_hidden, d->prune_thin,
+                       d->split_where_needed, d->drop_redundant,  d->refine_epochs};
   hash = vt_hash(numbers, sizeof numbers, hash);
   return vt_hash(&d->hidden_threshold, sizeof d->hidden_threshold, hash);
 }
 
 char *vt_kept_tree_path(vt_session *session, const vt_reconstruct_desc *desc, const vt_views *views) {
   vt_context *context = session->context;
-  _Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image), "hash the new member");
+  _Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image),
+                 "hash the new member");
   uint64_t program = vt_program_hash(), bound = vt_memory_bound(context);
   if (!session->cache || desc->time_budget > 0 || !program || vt_wants_probes(context)) return NULL;
   uint64_t hash = vt_hash(&bound, sizeof bound, hash_desc(desc, program));
@@ -38,7 +40,8 @@ char *vt_kept_tree_path(vt_session *session, const vt_reconstruct_desc *desc, co
     if (view->role != VT_TRAIN) continue;
     double numbers[4 + 12 + 4] = {view->camera.fx, view->camera.fy, view->camera.cx, view->camera.cy};
     for (int k = 0; k < 9; k++) numbers[4 + k] = view->camera.rotation.m[k];
-    numbers[13] = view->camera.translation.x, numbers[14] = view->camera.translation.y, numbers[15] = view->camera.translation.z;
+    numbers[13] = view->camera.translation.x, numbers[14] = view->camera.translation.y,
+    numbers[15] = view->camera.translation.z;
     numbers[16] = p->width, numbers[17] = p->height, numbers[18] = p->channels;
     numbers[19] = view->ignored.pixels != NULL;
     hash = vt_hash(numbers, sizeof numbers, hash);
@@ -114,7 +117,8 @@ typedef struct paths {
 } paths;
 
 static bool name_paths(vt_context *context, const char *folder, paths *p) {
-  *p = (paths){vt_join(context, folder, "raw.vtree"), vt_join(context, folder, "cells"), vt_join(context, folder, "report")};
+  *p = (paths){vt_join(context, folder, "raw.vtree"), vt_join(context, folder, "cells"),
+               vt_join(context, folder, "report")};
   return p->tree && p->values && p->report;
 }
 
@@ -124,7 +128,8 @@ static void free_paths(vt_context *context, paths *p) {
   vt_free(context, p->report);
 }
 
-vt_status vt_take_kept_tree(vt_session *session, const char *entry, vt_tree *out, vt_reconstruct_report *report, bool *taken) {
+vt_status vt_take_kept_tree(vt_session *session, const char *entry, vt_tree *out, vt_reconstruct_report *report,
+                            bool *taken) {
   vt_context *context = session->context;
   paths p = {0};
   *taken = false;
@@ -144,7 +149,8 @@ vt_status vt_take_kept_tree(vt_session *session, const char *entry, vt_tree *out
   return VT_OK;
 }
 
-void vt_keep_raw_tree(vt_session *session, const char *entry, const vt_tree *tree, const vt_reconstruct_report *report) {
+void vt_keep_raw_tree(vt_session *session, const char *entry, const vt_tree *tree,
+                      const vt_reconstruct_report *report) {
   vt_context *context = session->context;
   char *made = NULL;
   paths p = {0};
