@@ -266,6 +266,7 @@ static void free_matte(vt_context *context, matte *m) {
   vt_free(context, m->contrast);
   vt_free(context, m->mask);
   vt_free(context, m->scratch);
+  *m = (matte){0};
 }
 
 vt_status vt_cut_backdrop(vt_context *context, const vt_image *rgb, vt_image *out) {
@@ -298,6 +299,9 @@ vt_status vt_matte_backdrop(vt_context *context, const vt_image *rgb, const char
     memcpy(out_rgba->pixels + i * 4, rgb->pixels + i * 3, 3);
     out_rgba->pixels[i * 4 + 3] = m.distance[i];
   }
+  free_matte(context, &m); // the next step needs as much
+  vt_free_image(context, &b);
+  vt_free_image(context, &f);
   status = vt_estimate_foreground(context, out_rgba);
 done:
   free_matte(context, &m);

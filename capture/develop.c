@@ -168,9 +168,14 @@ static vt_status matte_photo(work *w, int i) {
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
   if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY && w->mode != VT_MATTE_CLUTTER) return VT_OK;
   const char *name = w->photos[i].name;
-  vt_status status = w->mode == VT_MATTE_CLUTTER ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
-                     : w->mode == VT_MATTE_SKY   ? vt_matte_sky(w->context, picture, name, &matted)
-                                                 : vt_matte_backdrop(w->context, picture, name, &matted);
+  bool clutter = w->mode == VT_MATTE_CLUTTER;                            // told from the photograph as it is stored
+  int upright = clutter || w->photos[i].orientation > 1 ? 1 : w->photos[i].upright; // a sky comes from above
+  vt_status status = vt_turn_upright(w->context, upright, false, picture);
+  if (!status)
+    status = clutter                     ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
+             : w->mode == VT_MATTE_SKY ? vt_matte_sky(w->context, picture, name, &matted)
+                                         : vt_matte_backdrop(w->context, picture, name, &matted);
+  if (!status) status = vt_turn_upright(w->context, upright, true, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;

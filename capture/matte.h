@@ -15,6 +15,9 @@ vt_status vt_matte_backdrop(vt_context *, const vt_image *rgb, const char *name,
 // The same before the sky: alpha is coverage in linear light. Where there is no sky all is tree.
 vt_status vt_matte_sky(vt_context *, const vt_image *rgb, const char *name, vt_image *out_rgba);
 
+// Turns a picture that is stored as the EXIF orientation `upright` says until the sky is above, and back. In place.
+vt_status vt_turn_upright(vt_context *, int upright, bool back, vt_image *picture);
+
 // What is certain before the matte is solved: one channel, 0 backdrop, 128 unknown, 255 tree. The caller frees `out`.
 vt_status vt_cut_backdrop(vt_context *, const vt_image *rgb, vt_image *out);
 vt_status vt_cut_sky(vt_context *, const vt_image *rgb, vt_image *out);

@@ -11,6 +11,7 @@
 #include "base/image_file.h"
 #include "capture/backdrop_model.h"
 #include "capture/masks.h"
+#include "capture/matte.h"
 #include "capture/sky_model.h"
 #include <math.h>
 #include <string.h>
@@ -52,16 +53,30 @@ vt_status vt_judge_situation(vt_context *context, const vt_image *rgb, vt_eviden
   return VT_OK;
 }
 
+vt_status vt_turn_upright(vt_context *context, int upright, bool back, vt_image *picture) {
+  if (upright >= 5 && upright <= 8) // 6 and 8 undo each other, 5 and 7 themselves
+    return vt_turn_picture(context, back && upright == 6 ? 8 : back && upright == 8 ? 6 : upright, picture);
+  size_t channels = (size_t)picture->channels, count = (size_t)picture->width * (size_t)picture->height;
+  for (size_t i = 0, j = count - 1; upright == 3 && i < j; i++, j--)
+    for (size_t c = 0; c < channels; c++) {
+      uint8_t swap = picture->pixels[i * channels + c];
+      picture->pixels[i * channels + c] = picture->pixels[j * channels + c];
+      picture->pixels[j * channels + c] = swap;
+    }
+  return VT_OK;
+}
+
 // A photograph as RGB, reduced to about SIDE pixels.
-static vt_status read_reduced(vt_context *context, const char *path, vt_image *out) {
+static vt_status read_reduced(vt_context *context, const vt_photo *photo, vt_image *out) {
   vt_image picture = {0}, reduced = {0};
-  vt_status status = vt_read_image(context, path, &picture);
+  vt_status status = vt_read_image(context, photo->path, &picture);
   if (!status) status = vt_make_opaque(context, &picture);
   int longer = picture.width > picture.height ? picture.width : picture.height;
   if (!status) status = vt_reduce_image(context, &picture, (longer + SIDE - 1) / SIDE, &reduced);
   if (!status) status = vt_make_image(context, reduced.width, reduced.height, 3, out);
   for (size_t i = 0; !status && i < (size_t)out->width * (size_t)out->height; i++)
     memcpy(out->pixels + 3 * i, reduced.pixels + 4 * i, 3);
+  if (!status) status = vt_turn_upright(context, photo->upright, false, out);
   vt_free_image(context, &picture);
   vt_free_image(context, &reduced);
   return status;
@@ -75,7 +90,7 @@ vt_status vt_recognise_situation(vt_context *context, const vt_photos *photos, v
     const vt_photo *photo = &photos->items[(size_t)v * (size_t)photos->count / (size_t)voters];
     vt_image rgb = {0};
     vt_evidence seen = {0};
-    status = read_reduced(context, photo->path, &rgb);
+    status = read_reduced(context, photo, &rgb);
     if (!status) status = vt_judge_situation(context, &rgb, &seen);
     vt_free_image(context, &rgb);
     votes[seen.situation]++;

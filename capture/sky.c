@@ -35,7 +35,7 @@
 #define UNMIXED 0.9f // lowest possible alpha from which a pixel's colour is the tree's
 #define RIDGE 0.05f   // lambda
 #define STRANGE 16.0f // r^2 from which a pixel is rather all tree, of a colour that the palette has not
-enum { SKY = VT_PART_NONE };
+enum { SKY = VT_PART_NONE, COARSE = 4 };
 
 typedef struct sky_matte {
   const vt_image *rgb;
@@ -145,7 +145,8 @@ static float solve_pixel(const sky_matte *m, const vt_palette_cell *cell, const 
   }
   float colours = weights;
   weights += expf(-0.5f * fminf(distance * distance, 60)); // all sky
-  float strange = vt_is_sky_colour(&m->sky, pixel) ? 0 : expf(-0.5f * STRANGE);
+  bool may_be_sky = vt_is_sky_colour(&m->sky, pixel) || (pixel[2] > pixel[0] + 8 && pixel[2] > pixel[1] + 8);
+  float strange = may_be_sky ? 0 : expf(-0.5f * STRANGE);
   weights += strange, colours += strange, alpha += strange;
   for (int c = 0; c < 3; c++) sum[c] += strange * m->linear[pixel[c]];
   alpha = fmaxf(alpha / weights, least);
@@ -180,19 +181,41 @@ static void solve(const sky_matte *m, vt_image *out) {
     }
 }
 
-// Colours of the tree where nothing of it is seen, from those near by.
-static vt_status fill_clear(vt_context *context, uint8_t *known, vt_image *rgba) {
-  size_t count = (size_t)rgba->width * (size_t)rgba->height;
-  vt_image rgb = {0}, filled = {0};
-  vt_status status = vt_make_image(context, rgba->width, rgba->height, 3, &rgb);
-  for (size_t p = 0; p < count && !status; p++) {
-    memcpy(rgb.pixels + 3 * p, rgba->pixels + 4 * p, 3);
-    known[p] = rgba->pixels[4 * p + 3] > 25;
+// Mean colours of the tree in blocks of COARSE pixels, and which have any.
+static void reduce_tree(const vt_image *rgba, vt_image *blocks, uint8_t *known) {
+  for (int row = 0; row < blocks->height; row++)
+    for (int column = 0; column < blocks->width; column++) {
+      unsigned sum[3] = {0}, n = 0;
+      size_t block = (size_t)row * (size_t)blocks->width + (size_t)column;
+      for (int y = row * COARSE; y < (row + 1) * COARSE && y < rgba->height; y++)
+        for (int x = column * COARSE; x < (column + 1) * COARSE && x < rgba->width; x++) {
+          const uint8_t *p = rgba->pixels + 4 * ((size_t)y * (size_t)rgba->width + (size_t)x);
+          if (p[3] <= 25) continue;
+          for (int c = 0; c < 3; c++) sum[c] += p[c];
+          n++;
+        }
+      known[block] = n > 0;
+      for (size_t c = 0; c < 3 && n; c++) blocks->pixels[3 * block + c] = (uint8_t)((sum[c] + n / 2) / n);
+    }
+}
+
+// Colours of the tree where nothing of it is seen, from those near by; blocks save the memory of a whole picture.
+static vt_status fill_clear(vt_context *context, vt_image *rgba) {
+  vt_image blocks = {0}, filled = {0};
+  int columns = (rgba->width + COARSE - 1) / COARSE, rows = (rgba->height + COARSE - 1) / COARSE;
+  uint8_t *known = VT_NEW(context, uint8_t, (size_t)columns *(size_t)rows);
+  vt_status status = known ? vt_make_image(context, columns, rows, 3, &blocks) : VT_OUT_OF_MEMORY;
+  if (!status) {
+    reduce_tree(rgba, &blocks, known);
+    status = vt_spread_colours(context, &blocks, known, &filled);
   }
-  if (!status) status = vt_spread_colours(context, &rgb, known, &filled);
-  for (size_t p = 0; p < count && !status; p++)
-    if (rgba->pixels[4 * p + 3] == 0) memcpy(rgba->pixels + 4 * p, filled.pixels + 3 * p, 3);
-  vt_free_image(context, &rgb);
+  for (int y = 0; y < rgba->height && !status; y++)
+    for (int x = 0; x < rgba->width; x++) {
+      uint8_t *p = rgba->pixels + 4 * ((size_t)y * (size_t)rgba->width + (size_t)x);
+      if (p[3] == 0) memcpy(p, filled.pixels + 3 * ((size_t)(y / COARSE) * (size_t)columns + (size_t)(x / COARSE)), 3);
+    }
+  vt_free(context, known);
+  vt_free_image(context, &blocks);
   vt_free_image(context, &filled);
   return status;
 }
@@ -252,7 +275,7 @@ vt_status vt_matte_sky(vt_context *context, const vt_image *rgb, const char *nam
   if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out_rgba);
   if (!status) solve(&m, out_rgba);
   vt_free_palette(context, &m.palette);
-  if (!status) status = fill_clear(context, m.known, out_rgba);
+  if (!status) status = fill_clear(context, out_rgba);
   free_sky_matte(context, &m);
   if (status) vt_free_image(context, out_rgba);
   return status;

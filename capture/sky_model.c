@@ -188,7 +188,7 @@ static int least_blueness(const vt_image *rgb, const vt_sky *sky, int column, in
       FOR_TILE(sky, rgb, i, j, p) {
         if (blueness(p) > most && sky->colours[bin_of(p)]) most = blueness(p);
       }
-  return most > INT_MIN ? most - (int)(5 * sky->noise) - 4 : INT_MAX;
+  return most > INT_MIN ? most - (int)(9 * sky->noise) - 4 : INT_MAX;
 }
 
 // Moments of the sky's pixels in each tile: all of a tile of free sky, and in the others what the model explains.

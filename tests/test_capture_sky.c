@@ -74,9 +74,9 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
   static const vt_synthetic_kind kinds[] = {VT_SYNTHETIC_SMALL_OAK, VT_SYNTHETIC_BIRCH, VT_SYNTHETIC_PINE};
   for (int i = 0; i < 3; i++) {
     score s = matte_case(make_case(kinds[i], VT_BACKDROP_SKY, false), 1, vt_synthetic_name(kinds[i]));
-    assert_true(s.square <= 2.5e-3);
+    assert_true(s.square <= 2e-3);
     assert_true(fabs(s.bias) <= 0.01);
-    assert_true(s.holes >= 0.75);
+    assert_true(s.holes >= 0.85);
     assert_true(s.ours <= 0.5 * s.naive);
     assert_true(s.fake <= 0.02);
   }
@@ -85,7 +85,7 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
 static void a_trunk_is_cut_out_of_the_ground_before_which_it_stands(void **state) {
   (void)state;
   score s = matte_case(make_case(VT_SYNTHETIC_SMALL_OAK, VT_BACKDROP_SKY, true), 1, "horizon");
-  assert_true(s.square <= 4e-3); // a meadow that is kept would be 0.15, the trunk that is lost .003 above that of the crown
+  assert_true(s.square <= 3.2e-3); // a meadow that is kept would be 0.15, the trunk that is lost .003 above that of the crown
   assert_true(s.fake <= 0.02);
 }
 
@@ -222,13 +222,8 @@ static void a_capture_is_decided_by_most_of_its_photographs(void **state) {
       add_photo(&p, &photos, name, &rgb);
     }
     vt_status status = vt_choose_mattes(p.context, &desc, p.root, &photos, &report);
-    if (skies > 2) {
-      assert_int_equal(status, VT_OK);
-      assert_int_equal(report.matte, VT_MATTE_SKY);
-    } else {
-      assert_int_equal(status, VT_BAD_INPUT);
-      assert_non_null(strstr(vt_last_error(p.context), "--masks"));
-    }
+    assert_int_equal(status, VT_OK);
+    assert_int_equal(report.matte, skies > 2 ? VT_MATTE_SKY : VT_MATTE_CLUTTER);
     assert_non_null(strstr(report.matte_evidence, "of 5 photographs"));
     vt_free_image(p.context, &rgb);
     vt_free_photos(p.context, &photos);
@@ -306,6 +301,38 @@ static void mattes_of_the_sky_are_the_same_bits_for_any_number_of_threads(void *
   vt_destroy_context(owner);
 }
 
+// A telephone held upright stores what it sees lying on its side.
+static void a_photograph_that_is_stored_on_its_side_has_its_sky_above(void **state) {
+  (void)state;
+  static const int uprights[] = {6, 8, 3};
+  for (int k = 0; k < 3; k++) {
+    place p = open_place();
+    vt_views truth = {0}, pictures = {0}, views = {0};
+    vt_photos photos = {0};
+    vt_image rgb = {0};
+    vt_capture_report report = {.matte = VT_MATTE_SKY};
+    vt_capture_desc desc = vt_default_capture_desc();
+    matte_scene scene = make_case(VT_SYNTHETIC_SMALL_OAK, VT_BACKDROP_SKY, true);
+    scene.tree.width = 120, scene.tree.height = 160, scene.tree.supersample = 2;
+    assert_int_equal(make_matte_scene(p.context, &scene, &truth, &pictures), VT_OK);
+    assert_int_equal(drop_picture_alpha(p.context, &pictures.items[0].picture, &rgb), VT_OK);
+    add_photo(&p, &photos, "a.pam", &rgb);
+    assert_int_equal(vt_turn_upright(p.context, uprights[k], true, &rgb), VT_OK);
+    add_photo(&p, &photos, "b.pam", &rgb);
+    photos.items[1].upright = uprights[k];
+    assert_int_equal(vt_develop_photos(p.context, &desc, &photos, &report, &views), VT_OK);
+    assert_int_equal(vt_turn_upright(p.context, uprights[k], false, &views.items[1].picture), VT_OK);
+    assert_int_equal(views.items[1].picture.width, 120);
+    assert_memory_equal(views.items[0].picture.pixels, views.items[1].picture.pixels, 120 * 160 * 4);
+    vt_free_image(p.context, &rgb);
+    vt_free_views(p.context, &views);
+    vt_free_photos(p.context, &photos);
+    vt_free_views(p.context, &truth);
+    vt_free_views(p.context, &pictures);
+    close_place(&p);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(trees_before_clouds_are_matted_through_noise_blur_and_jpeg),
@@ -316,6 +343,7 @@ int main(void) {
       cmocka_unit_test(a_capture_is_decided_by_most_of_its_photographs),
       cmocka_unit_test(photographs_of_sixteen_bits_are_matted_as_those_of_eight),
       cmocka_unit_test(mattes_of_the_sky_are_the_same_bits_for_any_number_of_threads),
+      cmocka_unit_test(a_photograph_that_is_stored_on_its_side_has_its_sky_above),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
