@@ -6,8 +6,8 @@
 // whole factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the
 // source, so that width'/width is not quite 1/f and must not be used).
 //
-// What is not to be looked at goes the same way beside the picture. It is reduced by the greatest: a pixel with something
-// ignored in it is ignored.
+// What is not to be looked at goes the same way beside the picture. It is reduced by the greatest: a pixel with
+// something ignored in it is ignored.
 //
 // Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full
 // size.
@@ -22,7 +22,7 @@
 
 #include <string.h>
 
-#define MAX_BATCH 256 // 4 for each of at most 64 workers
+#define MAX_BATCH 256    // 4 for each of at most 64 workers
 #define WORKING_BYTES 32 // for each pixel of a photograph while it is developed
 
 // ---- which mattes
@@ -72,7 +72,8 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
 }
 
 // By what most photographs show. Clutter is told from the tree by where it stands, which not all captures say.
-static vt_status recognise(vt_context *context, const vt_photos *photos, vt_matte_mode *mode, vt_capture_report *report) {
+static vt_status recognise(vt_context *context, const vt_photos *photos, vt_matte_mode *mode,
+                           vt_capture_report *report) {
   vt_situation situation = VT_SITUATION_CLUTTER;
   vt_status status = vt_recognise_situation(context, photos, &situation, report->matte_evidence);
   if (status) return status;
@@ -82,14 +83,16 @@ static vt_status recognise(vt_context *context, const vt_photos *photos, vt_matt
                                               : VT_MATTE_BACKDROP;
   if (*mode == VT_MATTE_CLUTTER)
     vt_log(context, VT_LOG_NORMAL,
-           "mattes: look at them; where too much or too little is taken for the tree, draw a few strokes on three photographs "
+           "mattes: look at them; where too much or too little is taken for the tree, draw a few strokes on three "
+           "photographs "
            "(--scribble)");
   return VT_OK;
 }
 
 vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
                            vt_capture_report *report) {
-  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "clutter", "none: everything is tree"};
+  static const char *const names[] = {"auto",    "alpha channel",           "masks", "backdrop", "sky",
+                                      "clutter", "none: everything is tree"};
   vt_matte_mode mode = desc->matte;
   bool by_user = desc->masks != NULL;
   vt_status status = VT_OK;
@@ -128,8 +131,8 @@ typedef struct work {
   vt_matte_mode mode;
   vt_photo *photos; // of this batch
   vt_view *views;
-  const vt_clutter *clutter; // of all photographs
-  int first;                 // place of this batch among them
+  const vt_clutter *clutter;                          // of all photographs
+  int first;                                          // place of this batch among them
   double border_share[MAX_BATCH], seconds[MAX_BATCH]; // seconds: of the matte
   vt_status status[MAX_BATCH];
 } work;
@@ -168,13 +171,13 @@ static vt_status matte_photo(work *w, int i) {
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
   if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY && w->mode != VT_MATTE_CLUTTER) return VT_OK;
   const char *name = w->photos[i].name;
-  bool sky = w->mode == VT_MATTE_SKY, clutter = w->mode == VT_MATTE_CLUTTER;
+  bool clutter = w->mode == VT_MATTE_CLUTTER; // told from the photograph as it is stored
   int upright = clutter || w->photos[i].orientation > 1 ? 1 : w->photos[i].upright; // a sky comes from above
   vt_status status = vt_turn_upright(w->context, upright, false, picture);
   if (!status)
-    status = clutter ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
-             : sky   ? vt_matte_sky(w->context, picture, name, &matted)
-                     : vt_matte_backdrop(w->context, picture, name, &matted);
+    status = clutter                   ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
+             : w->mode == VT_MATTE_SKY ? vt_matte_sky(w->context, picture, name, &matted)
+                                       : vt_matte_backdrop(w->context, picture, name, &matted);
   if (!status) status = vt_turn_upright(w->context, upright, true, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
@@ -316,10 +319,11 @@ static vt_status check_room(vt_context *context, const vt_capture_desc *desc, co
     if (bytes_needed(photos, (most + f - 1) / f) <= room) fits = (most + f - 1) / f;
   char cure[64] = "";
   if (fits) snprintf(cure, sizeof cure, "--max-image-size %d, or ", fits);
-  return vt_fail(context, VT_OUT_OF_MEMORY,
-                 "--max-memory: the views of %d photographs need %.0f MB, and %.0f MB are allowed; give %s--max-memory %.0fM "
-                 "and more for what comes after",
-                 photos->count, (double)need / 1e6, (double)room / 1e6, cure, ceil(1.05 * (double)(need + used) / 1e6));
+  return vt_fail(
+      context, VT_OUT_OF_MEMORY,
+      "--max-memory: the views of %d photographs need %.0f MB, and %.0f MB are allowed; give %s--max-memory %.0fM "
+      "and more for what comes after",
+      photos->count, (double)need / 1e6, (double)room / 1e6, cure, ceil(1.05 * (double)(need + used) / 1e6));
 }
 
 vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
@@ -348,8 +352,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
   }
   if (!status && 2 * inverted > photos->count)
     vt_log(context, VT_LOG_NORMAL,
-           "masks: most of the border is tree in %d of %d pictures; if black is the tree, give --invert-masks", inverted,
-           photos->count);
+           "masks: most of the border is tree in %d of %d pictures; if black is the tree, give --invert-masks",
+           inverted, photos->count);
   for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;

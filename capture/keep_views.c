@@ -1,11 +1,12 @@
 // keep_views.c - developed views taken from the cache, or made and kept there
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Key: the bytes of each photograph and of its mask, its lens, pose and role, the options, landmarks and strokes where the
-// mattes are made of them, and the program that makes the mattes. What comes out of the cache must be the bits that went in, or a second run would give another tree: so cameras are
-// kept as they stand in memory, not as text of another convention, and pictures as plain pixels (packed by zstd where there
-// is one). The folder is for this machine and this program alone; `voltree capture` writes one for others.
-// Views that need only be read (an alpha channel, no distortion) are not kept: that would be a second copy.
+// Key: the bytes of each photograph and of its mask, its lens, pose and role, the options, and the program that makes
+// the mattes; for mattes of clutter also landmarks and strokes. What comes out of the cache must be the bits that went
+// in, or a second run would give another tree: so cameras are kept as they stand in memory, not as text of another
+// convention, and pictures as plain pixels (packed by zstd where there is one). The folder is for this machine and this
+// program alone; `voltree capture` writes one for others. Views that need only be read (an alpha channel, no
+// distortion) are not kept: that would be a second copy.
 #include "capture/keep_views.h"
 #include "base/byte_codec.h"
 #include "base/cache.h"
@@ -18,15 +19,16 @@
 #include <stdio.h>
 #include <string.h>
 
-// A view is its head and its pixels, behind them the map of what is ignored, if there is one. A member that is added to vt_view
-// must be added to the head, too.
+// A view is its head and its pixels, behind them the map of what is ignored, if there is one. A member that is added to
+// vt_view must be added to the head, too.
 typedef struct head {
   char magic[8];
   uint64_t pixels_hash, packed_size; // packed_size 0: the pixels stand as they are
   int32_t width, height, channels, role, has_ignored;
   vt_camera camera;
 } head;
-_Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image), "keep the new member");
+_Static_assert(sizeof(void *) != 8 || sizeof(vt_view) == 16 + sizeof(vt_camera) + 2 * sizeof(vt_image),
+               "keep the new member");
 static const char magic[8] = "vtview2";
 
 // ---- the key
@@ -52,11 +54,13 @@ static vt_status hash_photo(hashing *h, size_t i) {
   const vt_lens *l = &p->lens;
   uint64_t hash = vt_hash(p->name, strlen(p->name) + 1, (uint64_t)p->role);
   enum { TERMS = sizeof l->k / sizeof *l->k };
-  double numbers[14 + TERMS + 12] = {l->model,     l->width,   l->height, l->fx,     l->fy,        l->cx,          l->cy,
-                                     p->orientation, p->upright, p->width,  p->height, p->has_alpha, p->mask != NULL, p->ignored != NULL};
+  double numbers[14 + TERMS + 12] = {l->model,        l->width,          l->height,  l->fx,    l->fy,     l->cx,
+                                     l->cy,           p->orientation,    p->upright, p->width, p->height, p->has_alpha,
+                                     p->mask != NULL, p->ignored != NULL};
   for (int k = 0; k < TERMS; k++) numbers[14 + k] = l->k[k];
   for (int k = 0; k < 9; k++) numbers[14 + TERMS + k] = p->rotation.m[k];
-  numbers[23 + TERMS] = p->translation.x, numbers[24 + TERMS] = p->translation.y, numbers[25 + TERMS] = p->translation.z;
+  numbers[23 + TERMS] = p->translation.x, numbers[24 + TERMS] = p->translation.y,
+               numbers[25 + TERMS] = p->translation.z;
   hash = vt_hash(numbers, sizeof numbers, hash);
   vt_status status = hash_file(h->context, p->path, &hash);
   if (!status && p->mask) status = hash_file(h->context, p->mask, &hash);
@@ -77,17 +81,19 @@ static uint64_t hash_options(const vt_capture_desc *desc, const vt_capture_repor
   return vt_hash(options, sizeof options, vt_program_hash());
 }
 
-// What mattes out of clutter are made of besides: landmarks and strokes.
-static vt_status hash_clutter(vt_context *context, const vt_capture_desc *desc, const vt_photos *photos, uint64_t *hash) {
-  const vt_landmarks *l = &photos->landmarks;
-  for (size_t i = 0; i < l->count; i++) {
-    const vt_landmark *m = &l->items[i];
-    double numbers[] = {m->position.x, m->position.y, m->position.z, (double)m->error, m->first, m->count};
+// Mattes of clutter come of all photographs together, of where the landmarks are, and of what the user drew.
+static vt_status hash_clutter(vt_context *context, const vt_capture_desc *desc, const vt_landmarks *landmarks,
+                              uint64_t *hash) {
+  vt_names names = {0};
+  for (size_t k = 0; k < landmarks->count; k++) {
+    const vt_landmark *l = &landmarks->items[k];
+    double numbers[4] = {l->position.x, l->position.y, l->position.z, l->count};
     *hash = vt_hash(numbers, sizeof numbers, *hash);
   }
-  *hash = vt_hash(l->seen_by, l->seen_count * sizeof *l->seen_by, *hash);
-  vt_names names = {0};
-  vt_status status = desc->scribbles ? vt_list_folder(context, desc->scribbles, false, &names) : VT_OK;
+  if (landmarks->seen_count)
+    *hash = vt_hash(landmarks->seen_by, landmarks->seen_count * sizeof *landmarks->seen_by, *hash);
+  if (!desc->scribbles || !vt_is_folder(desc->scribbles)) return VT_OK; // said when it is read
+  vt_status status = vt_list_folder(context, desc->scribbles, true, &names);
   for (int i = 0; i < names.count && !status; i++) {
     char *path = vt_join(context, desc->scribbles, names.items[i]);
     *hash = vt_hash(names.items[i], strlen(names.items[i]) + 1, *hash);
@@ -109,7 +115,7 @@ static vt_status make_key(vt_context *context, const vt_capture_desc *desc, cons
     status = hash_photo(&h, i);
   }
   if (!status) *key = vt_hash(h.hashes, count * sizeof *h.hashes, hash_options(desc, report));
-  if (!status && report->matte == VT_MATTE_CLUTTER) status = hash_clutter(context, desc, photos, key);
+  if (!status && report->matte == VT_MATTE_CLUTTER) status = hash_clutter(context, desc, &photos->landmarks, key);
   vt_free(context, h.hashes);
   vt_free(context, h.status);
   return status;
@@ -171,8 +177,8 @@ static vt_status refuse(vt_context *context, const char *path) {
 }
 
 static bool is_sound(const head *h, size_t body) {
-  return !memcmp(h->magic, magic, sizeof magic) && h->width > 0 && h->height > 0 && h->width <= 65535 && h->height <= 65535 &&
-         (h->channels == 3 || h->channels == 4) && (h->has_ignored == 0 || h->has_ignored == 1) &&
+  return !memcmp(h->magic, magic, sizeof magic) && h->width > 0 && h->height > 0 && h->width <= 65535 &&
+         h->height <= 65535 && (h->channels == 3 || h->channels == 4) && (h->has_ignored == 0 || h->has_ignored == 1) &&
          (h->role == VT_TRAIN || h->role == VT_TEST) && body == (h->packed_size ? h->packed_size : pixel_bytes(h));
 }
 
@@ -289,8 +295,8 @@ static bool need_only_be_read(const vt_photos *photos, const vt_capture_report *
   return true;
 }
 
-vt_status vt_develop_or_take(vt_context *context, const vt_capture_desc *desc, vt_photos *photos, vt_capture_report *report,
-                             vt_views *out) {
+vt_status vt_develop_or_take(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
+                             vt_capture_report *report, vt_views *out) {
   bool useless = !desc->cache || !vt_program_hash() || vt_wants_probes(context) || need_only_be_read(photos, report);
   if (useless) return vt_develop_photos(context, desc, photos, report, out);
   uint64_t key;
