@@ -67,6 +67,38 @@ typedef struct vt_reconstruct_report {
 vt_status vt_reconstruct(vt_context *, const vt_reconstruct_desc *, const vt_views *, vt_tree *out,
                          vt_reconstruct_report *or_null);
 
+// ==== before it: cameras =============================================================================================
+
+typedef enum vt_refine_mode { VT_REFINE_AUTO, VT_REFINE_ON, VT_REFINE_OFF } vt_refine_mode;
+
+typedef struct vt_refine_desc {
+  uint32_t cookie;
+  vt_refine_mode mode;     // auto: where a quick look says that there is something to gain
+  int fold_count;          // each view is compared with a volume of the other folds' views, 2..8
+  double turn_deviation;   // how far cameras may be off: degrees
+  double shift_deviation;  // and share of their distance
+  double focal_deviation;  // and share of the focal length, one for all cameras of a lens
+  int most_pixels;         // of a view that are looked at, >= 100
+  int rounds[3];           // of volumes and poses, on each of three levels
+} vt_refine_desc;
+vt_refine_desc vt_default_refine_desc(void);
+
+typedef struct vt_refine_report {
+  bool tried, kept;                     // kept: the cameras were changed
+  const char *why;                      // a phrase: why not tried, not kept, or what was gained
+  double mean_degrees, most_degrees;    // changes of direction
+  double mean_share, most_share;        // of place, share of the distance
+  double mean_pixels, most_pixels;      // of where points of the tree fall in the photographs
+  double focal_share;                   // mean change of focal length
+  double alpha_before, alpha_after;     // RMSE of mattes in a volume without them, poses fitted to it; NAN where unknown
+  double seconds;
+} vt_refine_report;
+
+// Changes the cameras of the VT_TRAIN views where that makes each matte agree better with a volume made from other views. Views
+// that cannot be refined stay as they are, and that is no error. VT_MISSING_PROGRAM where mode is `on` and the build has no
+// Ceres; VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_refine_views(vt_context *, const vt_refine_desc *, vt_views *, vt_refine_report *or_null);
+
 typedef enum vt_solver {
   VT_SOLVER_ADAM,      // transmittance domain, Adam (what `best` takes)
   VT_SOLVER_NESTEROV,  // transmittance domain, majoriser with momentum, all rays at once
