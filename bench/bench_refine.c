@@ -1,74 +1,138 @@
-// bench_refine.c - scratch
+// bench_refine.c - how well cameras are recovered: kinds of trees by errors that were put in
 // SPDX-License-Identifier: BSD-3-Clause
+//
+//   build/release/bench/bench_refine [--size N] [--views N] [--kind NAME] [--errors "T S F"] [--rig N] [--force]
+//
+// A synthetic tree is photographed with exact mattes, its cameras are turned by T degrees and moved by S of their distance
+// (deviations, in per cent) and their focal lengths changed by F per cent, and vt_refine_views has them. The measure: cameras
+// are laid onto the true ones by the best similarity (vt_align_cameras); then, root mean square over the cameras, the angle of
+// the rotation between the two, the distance of the two places over the distance from the origin, and the distance in pixels
+// of the projections of the corners of a cube of edge 1 about the origin (the tree is 2 high), which is what a volume notices,
+// also as the angle at the camera that it subtends in the picture's middle.
+
 #include "datasets-synthetic/synthetic.h"
-#include "reconstruct/refine_cameras.h"
+#include "reconstruct/align_cameras.h"
+
 #include <string.h>
-static vt_camera *truth;
-static int truth_count;
-static void measure(const vt_camera *now, vt_vec3 middle, const char *what) {
-  vt_similarity s = vt_align_cameras(truth_count, now, truth, middle);
-  double turn = 0, shift = 0, px = 0; double f=0;
-  for (int i = 0; i < truth_count; i++) {
-    vt_camera m = vt_move_camera_by(&s, &now[i]);
-    double tr = 0;
-    for (int k = 0; k < 9; k++) tr += m.rotation.m[k] * truth[i].rotation.m[k];
-    double a = acos(fmin(1, 0.5 * (tr - 1))) * 180 / VT_PI, d = vt_length(vt_sub(vt_camera_centre(&m), vt_camera_centre(&truth[i]))) / vt_length(vt_sub(vt_camera_centre(&truth[i]), middle));
-    turn += a * a, shift += d * d;
+
+typedef struct arguments {
+  int size, views, rig;
+  const char *kind;
+  double turn, shift, focal; // degrees, per cent, per cent
+  bool one_error, force;
+} arguments;
+
+typedef struct apart { double degrees, share, pixels, angle, focal; } apart;
+
+static apart measure(const vt_camera *now, const vt_camera *truth, int count) {
+  vt_vec3 origin = {0, 0, 0};
+  vt_similarity laid = vt_align_cameras(count, now, truth, origin);
+  apart out = {0, 0, 0, 0, 0};
+  for (int i = 0; i < count; i++) {
+    vt_camera c = vt_move_camera_by(&laid, &now[i]);
+    double trace = 0, squares = 0;
+    for (int k = 0; k < 9; k++) trace += c.rotation.m[k] * truth[i].rotation.m[k];
+    double degrees = 180 / VT_PI * acos(fmax(-1, fmin(1, 0.5 * (trace - 1))));
+    vt_vec3 place = vt_camera_centre(&truth[i]);
+    double share = vt_length(vt_sub(vt_camera_centre(&c), place)) / vt_length(place);
     for (int k = 0; k < 8; k++) {
-      vt_vec3 p = vt_v3(k & 1 ? .5 : -.5, k & 2 ? .5 : -.5, k & 4 ? .5 : -.5);
-      double u[2] = {0}, v[2] = {0};
-      vt_project(&m, p, u), vt_project(&truth[i], p, v);
-      px += ((u[0] - v[0]) * (u[0] - v[0]) + (u[1] - v[1]) * (u[1] - v[1])) / 8;
+      double p[2] = {0, 0}, q[2] = {0, 0};
+      vt_vec3 corner = vt_v3(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+      if (!vt_project(&c, corner, p) || !vt_project(&truth[i], corner, q)) continue;
+      squares += ((p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1])) / 8;
     }
-    f += now[i].fx/truth[i].fx-1;
+    out.degrees += degrees * degrees / count, out.share += share * share / count;
+    out.pixels += squares / count, out.angle += squares / (truth[i].fx * truth[i].fx) / count;
+    out.focal += (now[i].fx / truth[i].fx - 1) / count;
   }
-  printf("  %s: rms %.4f deg, %.4f %% of distance, %.3f px, focal %+.3f %%\n", what, sqrt(turn / truth_count), 100 * sqrt(shift / truth_count), sqrt(px / truth_count), 100*f/truth_count);
+  return (apart){sqrt(out.degrees), 100 * sqrt(out.share), sqrt(out.pixels), 180 / VT_PI * sqrt(out.angle), 100 * out.focal};
 }
-void vt_hook(vt_refinement *r);
-void vt_hook(vt_refinement *r) {
-  vt_camera now[1000];
-  for (int i = 0; i < r->views.count; i++) now[i] = r->views.items[i].camera;
-  measure(now, vt_v3(0, 0, 0), "after");
-  if (getenv("POSES")) for (int i = 0; i < r->views.count; i++) printf("   %2d  turn %+.3f %+.3f %+.3f deg  shift %+.3f %+.3f %+.3f %%  el %.2f\n", i, r->pose[i][0]*57.3, r->pose[i][1]*57.3, r->pose[i][2]*57.3, 100*r->pose[i][3], 100*r->pose[i][4], 100*r->pose[i][5], vt_camera_centre(&truth[i]).z);
-  if (getenv("GRAD")) for (int i = 0; i < 1; i++) {
-    const vt_silhouette *s = &r->silhouettes[i]; int n = s->count; float *e = calloc(n, 4), *e2 = calloc(n, 4), (*J)[VT_SILHOUETTE_COLUMNS] = calloc(n, sizeof *J);
-    vt_camera base = s->camera;
-    vt_compare_silhouette(r->context, s, &r->volumes[0], &r->response[0], r->smooth[0], &base, r->distance[i], e, J);
-    for (int k = 0; k < 7; k++) { double p[6] = {0}, h = 1e-3, xy = 0, xx = 0, yy = 0; if (k < 6) p[k] = h; vt_camera c2 = vt_adjust_camera(&base, p, k == 6 ? h : 0, r->distance[i]);
-      vt_compare_silhouette(r->context, s, &r->volumes[0], &r->response[0], r->smooth[0], &c2, r->distance[i], e2, NULL);
-      for (int q = 0; q < n; q++) { double f = (e2[q] - e[q]) / h; xy += f * J[q][k], xx += J[q][k] * J[q][k], yy += f * f; }
-      printf("  column %d: slope %.3f correlation %.3f size %.3f\n", k, xy / xx, xy / sqrt(xx * yy), sqrt(yy / n)); }
+
+static void print_row(const char *label, const apart *a) {
+  printf("  %-8s %7.4f deg  %7.4f %%  %6.3f px = %6.4f deg  focal %+.3f %%\n", label, a->degrees, a->share, a->pixels, a->angle, a->focal);
+}
+
+static void copy_cameras(const vt_views *views, vt_camera *out) {
+  for (int i = 0; i < views->count; i++) out[i] = views->items[i].camera;
+}
+
+static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind kind, const double error[3]) {
+  vt_synthetic_desc scene = vt_default_synthetic_desc();
+  scene.kind = kind, scene.rig = (vt_rig)a->rig;
+  scene.train_count = a->views, scene.test_count = 0, scene.width = scene.height = a->size, scene.supersample = 4;
+  scene.leaf_count = kind == VT_SYNTHETIC_TREE ? 4000 : -1;
+  if (vt_is_phantom(kind)) scene.peak_extinction = 4;
+  vt_damage_desc damage = vt_default_damage_desc();
+  damage.seed = 1, damage.pose_degrees = error[0], damage.pose_share = error[1] / 100, damage.focal_share = error[2] / 100;
+  vt_refine_desc desc = vt_default_refine_desc();
+  if (a->force) desc.mode = VT_REFINE_ON;
+  vt_views views = {0};
+  vt_refine_report report = {.why = ""};
+  size_t count = (size_t)a->views;
+  vt_camera *truth = VT_NEW(context, vt_camera, count), *now = VT_NEW(context, vt_camera, count);
+  vt_status status = truth && now ? vt_make_synthetic_views(context, &scene, &views) : VT_OUT_OF_MEMORY;
+  if (!status) copy_cameras(&views, truth);
+  if (!status) status = vt_damage_views(context, &damage, &views);
+  if (!status) {
+    copy_cameras(&views, now);
+    printf("%s, %d views of %d pixels, errors %.2f deg %.2f %% focal %.2f %%\n", vt_synthetic_name(kind), a->views, a->size, error[0],
+           error[1], error[2]);
+    apart before = measure(now, truth, a->views);
+    print_row("before", &before);
+    double start = vt_cpu_seconds();
+    status = vt_refine_views(context, &desc, &views, &report);
+    copy_cameras(&views, now);
+    apart after = measure(now, truth, a->views);
+    print_row("after", &after);
+    printf("  first look %.2f %%, alpha %.4f -> %.4f, %s: %s; %.1f processor seconds\n", 100 * report.first_gain, report.alpha_before,
+           report.alpha_after, report.kept ? "kept" : report.tried ? "not kept" : "not tried", report.why, vt_cpu_seconds() - start);
+    fflush(stdout);
   }
+  vt_free(context, now);
+  vt_free(context, truth);
+  vt_free_views(context, &views);
+  return status;
 }
-int main(int n, char **w) {
-  vt_context_desc cd = vt_default_context_desc();
-  cd.log_level = getenv("VT_VERBOSE") ? VT_LOG_VERBOSE : VT_LOG_QUIET;
-  vt_context *c = vt_create_context(&cd);
-  vt_synthetic_desc d = vt_default_synthetic_desc();
-  for (int k = 0; k <= VT_SYNTHETIC_CROWN; k++) if (!strcmp(vt_synthetic_name(k), w[1])) d.kind = (vt_synthetic_kind)k;
-  d.train_count = n > 3 ? atoi(w[3]) : 32; d.test_count = 0; d.width = d.height = n > 4 ? atoi(w[4]) : 256; d.supersample = 4;
-  d.leaf_count = d.kind==VT_SYNTHETIC_TREE?1500:-1; d.rig = n > 5 ? atoi(w[5]) : 0;
-  double e = atof(w[2]);
-  vt_views v;
-  if (vt_make_synthetic_views(c, &d, &v)) return 1;
-  printf("fov %.1f, distance %.2f, f %.1f\n", d.fov_y*180/VT_PI, vt_length(vt_camera_centre(&v.items[0].camera)), v.items[0].camera.fx);
-  if (getenv("WHITE")) for (int i = 0; i < v.count; i++) for (int k = 0; k < d.width * d.height; k++) for (int q = 0; q < 3; q++) v.items[i].picture.pixels[4 * k + q] = 255;
-  truth_count = v.count; truth = calloc(v.count, sizeof *truth);
-  for (int i = 0; i < v.count; i++) truth[i] = v.items[i].camera;
-  vt_damage_desc dd = vt_default_damage_desc();
-  dd.seed = 1; dd.pose_degrees = .2 * e; dd.pose_share = .002 * e; dd.focal_share = n > 6 ? atof(w[6]) : 0;
-  if (vt_damage_views(c, &dd, &v)) return 1;
-  vt_camera now[1000]; for (int i = 0; i < v.count; i++) now[i] = v.items[i].camera;
-  measure(now, vt_v3(0,0,0), "start");
-  vt_refine_desc rd = vt_default_refine_desc();
-  if (n > 7) for (int i = 0; i < 3; i++) rd.rounds[i] = w[7][i] - '0';
-  if (getenv("FD")) rd.focal_deviation = atof(getenv("FD"));
-  if (getenv("FOLDS")) rd.fold_count = atoi(getenv("FOLDS"));
-  vt_refine_report rep;
-  vt_status s = vt_refine_views(c, &rd, &v, &rep);
-  if (s) printf("%s\n", vt_last_error(c));
-  printf("seconds %.2f\n", rep.seconds);
-  vt_free_views(c, &v);
-  vt_destroy_context(c);
-  return s;
+
+static bool read_arguments(int count, char **words, arguments *a) {
+  *a = (arguments){.size = 400, .views = 32};
+  for (int i = 1; i < count; i++) {
+    if (!strcmp(words[i], "--force")) {
+      a->force = true;
+      continue;
+    }
+    if (i + 1 == count) return false;
+    const char *name = words[i++], *value = words[i];
+    if (!strcmp(name, "--size")) a->size = atoi(value);
+    else if (!strcmp(name, "--views")) a->views = atoi(value);
+    else if (!strcmp(name, "--kind")) a->kind = value;
+    else if (!strcmp(name, "--rig")) a->rig = atoi(value);
+    else if (!strcmp(name, "--errors")) a->one_error = sscanf(value, "%lf %lf %lf", &a->turn, &a->shift, &a->focal) == 3;
+    else return false;
+  }
+  return a->size >= 16 && a->size <= 8192 && a->views >= 1 && a->views <= 1000 && a->rig >= 0 && a->rig <= VT_RIG_HANDHELD;
+}
+
+int main(int count, char **words) {
+  static const vt_synthetic_kind kinds[] = {VT_SYNTHETIC_TREE, VT_SYNTHETIC_SMALL_OAK, VT_SYNTHETIC_PINE, VT_SYNTHETIC_BIRCH,
+                                            VT_SYNTHETIC_CROWN};
+  static const double errors[][3] = {{0, 0, 0}, {0.2, 0.2, 0}, {0.1, 0.1, 0.2}};
+  arguments a;
+  if (!read_arguments(count, words, &a)) {
+    fprintf(stderr, "bench_refine [--size N] [--views N] [--kind NAME] [--errors \"T S F\"] [--rig 0..5] [--force]\n");
+    return VT_BAD_USAGE;
+  }
+  vt_context_desc desc = vt_default_context_desc();
+  desc.log_level = getenv("VT_VERBOSE") ? VT_LOG_VERBOSE : VT_LOG_QUIET;
+  vt_context *context = vt_create_context(&desc);
+  vt_status status = context ? VT_OK : VT_OUT_OF_MEMORY;
+  for (size_t k = 0; k < sizeof kinds / sizeof *kinds && !status; k++) {
+    if (a.kind && strcmp(a.kind, vt_synthetic_name(kinds[k]))) continue;
+    const double given[3] = {a.turn, a.shift, a.focal};
+    for (size_t e = 0; e < (a.one_error ? 1 : sizeof errors / sizeof *errors) && !status; e++)
+      status = run(context, &a, kinds[k], a.one_error ? given : errors[e]);
+  }
+  if (status && context) fprintf(stderr, "bench_refine: %s\n", vt_last_error(context));
+  vt_destroy_context(context);
+  return (int)status;
 }

@@ -67,6 +67,23 @@ typedef struct vt_reconstruct_report {
 vt_status vt_reconstruct(vt_context *, const vt_reconstruct_desc *, const vt_views *, vt_tree *out,
                          vt_reconstruct_report *or_null);
 
+// ==== before it: mattes that do not belong to the others =============================================================
+
+typedef struct vt_matte_report {
+  bool tried;        // false: fewer than 8 views, or no volume in common
+  int view_count;    // views looked at
+  double *disagreement; // [all views, -1 where not looked at] squared difference of the matte from what the others let expect,
+                     // over what either shows, 0..; owned
+  double usual;      // its median
+  int doubtful_count; // views that were given the role VT_DOUBTFUL
+  double seconds;
+} vt_matte_report;
+void vt_free_matte_report(vt_context *, vt_matte_report *);
+
+// Gives VT_TRAIN views whose mattes contradict the volume of the others the role VT_DOUBTFUL: the hull, the tomography, the fit and
+// the view textures then do without them. At most a quarter of the views. VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_check_mattes(vt_context *, vt_views *, vt_matte_report *or_null);
+
 // ==== before it: cameras =============================================================================================
 
 typedef enum vt_refine_mode { VT_REFINE_AUTO, VT_REFINE_ON, VT_REFINE_OFF } vt_refine_mode;
@@ -79,13 +96,14 @@ typedef struct vt_refine_desc {
   double shift_deviation;  // and share of their distance
   double focal_deviation;  // and share of the focal length, one for all cameras of a lens
   int most_pixels;         // of a view that are looked at, >= 100
-  int rounds[3];           // of volumes and poses, on each of three levels
+  int rounds[2];           // of volumes and poses, on the last level but one (>= 1) and on the last (cells of three to five pixels)
 } vt_refine_desc;
 vt_refine_desc vt_default_refine_desc(void);
 
 typedef struct vt_refine_report {
   bool tried, kept;                     // kept: the cameras were changed
-  const char *why;                      // a phrase: why not tried, not kept, or what was gained
+  const char *why;                      // a phrase: why not tried, why not kept, or why kept
+  double first_gain;                    // share by which a first look lowered the error of the mattes
   double mean_degrees, most_degrees;    // changes of direction
   double mean_share, most_share;        // of place, share of the distance
   double mean_pixels, most_pixels;      // of where points of the tree fall in the photographs

@@ -29,9 +29,8 @@
 
 #include <string.h>
 
-#define HUBER_WIDTH 0.1
-#define INDEPENDENT_PIXELS 250.0 // that a view's sampled pixels are worth, whatever their number
-#define ALPHA_DEVIATION 0.1      // of each of these
+#define HUBER_WIDTHS 1.5 // deviations
+#define INDEPENDENT_PIXELS 40.0 // that a view's sampled pixels are worth, whatever their number
 #define DENSEST 8.0f             // per cell edge, of the soft volume
 #define SMOOTH_SCALE 2.0         // 1 over the deviation of the terms of the smooth factor
 #define GROWTH 1.06              // of the cube: wrong cameras carve its rim
@@ -40,11 +39,11 @@ vt_refine_desc vt_default_refine_desc(void) {
   return (vt_refine_desc){.cookie = VT_COOKIE,
                           .mode = VT_REFINE_AUTO,
                           .fold_count = 4,
-                          .turn_deviation = 0.3,
-                          .shift_deviation = 0.003,
+                          .turn_deviation = 0.2,
+                          .shift_deviation = 0.002,
                           .focal_deviation = 0.003,
                           .most_pixels = 5000,
-                          .rounds = {2, 2, 2}};
+                          .rounds = {2, 2}};
 }
 
 // ---- what is known at the start
@@ -77,9 +76,9 @@ static vt_status find_cube(vt_refinement *r, int votes) {
 }
 
 vt_status vt_begin_refinement(vt_context *context, const vt_refine_desc *desc, const vt_views *views, int votes, vt_refinement *r) {
-  VT_ASSERT(desc->cookie == VT_COOKIE && desc->fold_count >= 2 && desc->fold_count <= VT_MOST_FOLDS && desc->most_pixels >= 100);
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->fold_count >= 1 && desc->fold_count <= VT_MOST_FOLDS && desc->most_pixels >= 100);
   size_t count = (size_t)views->count;
-  *r = (vt_refinement){.context = context, .desc = desc, .fold_count = desc->fold_count};
+  *r = (vt_refinement){.context = context, .desc = desc};
   r->views = (vt_views){views->count, VT_NEW(context, vt_view, count)};
   r->input = VT_NEW(context, vt_camera, count);
   r->pose = vt_alloc(context, count, sizeof *r->pose);
@@ -120,21 +119,18 @@ void vt_end_refinement(vt_refinement *r) {
 
 int vt_finest_refinement_level(const vt_refinement *r) {
   int level = 5;
-  if (getenv("TOP")) return atoi(getenv("TOP"));
   while (level < 7 && r->root_pixels / (1 << level) > 5) level++;
   return level;
 }
 
 static vt_status sample_all(vt_refinement *r, int level) {
-  double cell = r->root_pixels / (1 << level); // pixels
-  int factor = cell < 2 ? 1 : (int)(cell / 2), most = r->desc->most_pixels;
-  int blurs = (int)lround((getenv("BL") ? atoi(getenv("BL")) : 0) * cell * cell / factor / factor);
+  int factor = (int)(r->root_pixels / (1 << level) / 2), most = r->desc->most_pixels; // two pixels a cell
   vt_reduced_views reduced;
-  vt_status status = vt_reduce_views(r->context, &r->views, factor, &reduced);
+  vt_status status = vt_reduce_views(r->context, &r->views, factor < 1 ? 1 : factor, &reduced);
   if (status) return status;
   if ((double)most * r->views.count > 4e5) most = (int)(4e5 / r->views.count) + 100; // a thousand views: fewer of each
   for (int i = 0; i < r->views.count && !status; i++) {
-    status = vt_sample_silhouette(r->context, &reduced.pictures[i], &reduced.cameras[i], blurs, most, (uint64_t)i, &r->silhouettes[i]);
+    status = vt_sample_silhouette(r->context, &reduced.pictures[i], &reduced.cameras[i], most, (uint64_t)i, &r->silhouettes[i]);
     vt_camera *c = &r->silhouettes[i].camera; // the camera as it came: poses count from there
     c->rotation = r->input[i].rotation, c->translation = r->input[i].translation;
     c->fx = r->input[i].fx / reduced.factor, c->fy = r->input[i].fy / reduced.factor;
@@ -153,7 +149,7 @@ static vt_status visit_errors(vt_refinement *r, bool plain, error_visitor visit,
     float *error = VT_NEW(r->context, float, (size_t)s->count);
     if (!error) return VT_OUT_OF_MEMORY;
     vt_camera camera = vt_adjust_camera(&s->camera, r->pose[i], r->log_focal[r->lens[i]], r->distance[i]);
-    status = vt_compare_silhouette(r->context, s, &r->volumes[getenv("ALL") ? 0 : i % r->fold_count], plain ? &none : &r->response[i], r->smooth[i], &camera, r->distance[i], error, NULL);
+    status = vt_compare_silhouette(r->context, s, &r->volumes[i % r->fold_count], plain ? &none : &r->response[i], r->smooth[i], &camera, r->distance[i], error, NULL);
     if (!status) visit(r, i, error, user);
     vt_free(r->context, error);
   }
@@ -187,19 +183,24 @@ vt_status vt_refinement_error(vt_refinement *r, double *error, double *view_erro
   return status;
 }
 
-vt_status vt_renew_volumes(vt_refinement *r, int level, int votes) {
+vt_status vt_renew_volumes(vt_refinement *r, int level, int votes, int fold_count) {
+  VT_ASSERT(fold_count >= 1 && fold_count <= VT_MOST_FOLDS);
   forget_level(r);
-  vt_soft_volume_desc desc = {level, DENSEST, getenv("BL") ? atoi(getenv("BL")) : 0, votes, 0};
+  r->fold_count = fold_count;
+  vt_soft_volume_desc desc = {level, DENSEST, votes};
   vt_views others = {0, VT_NEW(r->context, vt_view, (size_t)r->views.count)};
   vt_status status = others.items ? sample_all(r, level) : VT_OUT_OF_MEMORY;
-  for (int k = 0; k < (getenv("ALL") ? 1 : r->fold_count) && !status; k++) {
+  for (int k = 0; k < fold_count && !status; k++) {
     others.count = 0;
     for (int i = 0; i < r->views.count; i++)
-      if (getenv("ALL") || i % r->fold_count != k) others.items[others.count++] = r->views.items[i];
+      if (fold_count == 1 || i % fold_count != k) others.items[others.count++] = r->views.items[i];
     status = vt_make_soft_volume(r->context, &others, r->cube.origin, r->cube.edge, &desc, &r->volumes[k]);
   }
   vt_free(r->context, others.items);
-  return status ? status : visit_errors(r, true, learn, NULL);
+  if (!status) status = visit_errors(r, true, learn, NULL);
+  if (!status) status = vt_refinement_error(r, &r->deviation, NULL);
+  r->deviation = fmax(r->deviation, 0.003);
+  return status;
 }
 
 // ---- poses
@@ -210,17 +211,17 @@ typedef struct view_block {
   const vt_silhouette *silhouette;
   const vt_soft_volume *volume;
   const vt_response *response;
-  double distance, weight, turn_scale, shift_scale;
+  double distance, weight, width, turn_scale, shift_scale;
   float *error, (*by_motion)[VT_SILHOUETTE_COLUMNS]; // of the pixels; shared by all blocks, which are asked one by one
 } view_block;
 
 // r' with r'^2 / 2 = Huber's loss of r, and dr'/dr.
-static double huber(double r, double *slope) {
+static double huber(double r, double width, double *slope) {
   double size = fabs(r);
   *slope = 1;
-  if (size <= HUBER_WIDTH) return r;
-  double root = sqrt(HUBER_WIDTH * (2 * size - HUBER_WIDTH));
-  *slope = HUBER_WIDTH / root;
+  if (size <= width) return r;
+  double root = sqrt(width * (2 * size - width));
+  *slope = width / root;
   return r < 0 ? -root : root;
 }
 
@@ -239,7 +240,7 @@ static bool evaluate(void *user, const double *const *parameters, double *residu
     for (int i = count * sizes[g]; i < rows * sizes[g] && jacobians[g]; i++) jacobians[g][i] = 0;
   for (int i = 0; i < count; i++) {
     double slope;
-    residuals[i] = b->weight * huber((double)b->error[i], &slope);
+    residuals[i] = b->weight * huber((double)b->error[i], b->width, &slope);
     slope *= b->weight;
     for (int g = 0; g < 3 && jacobians; g++)
       for (int k = 0; k < sizes[g] && jacobians[g]; k++)
@@ -264,6 +265,12 @@ static bool focal_prior(void *user, const double *const *parameters, double *res
 static void set_cameras(vt_refinement *r) {
   for (int i = 0; i < r->views.count; i++)
     r->views.items[i].camera = vt_adjust_camera(&r->input[i], r->pose[i], r->log_focal[r->lens[i]], r->distance[i]);
+}
+
+void vt_set_poses(vt_refinement *r, double (*pose_or_null)[6], const double *log_focal_or_null) {
+  if (pose_or_null) memcpy(r->pose, pose_or_null, (size_t)r->views.count * sizeof *r->pose);
+  if (log_focal_or_null) memcpy(r->log_focal, log_focal_or_null, (size_t)r->views.count * sizeof *r->log_focal);
+  set_cameras(r);
 }
 
 typedef struct problem {
@@ -297,8 +304,8 @@ static vt_status make_problem(vt_refinement *r, problem *p) {
     p->of_view[i][0] = i, p->of_view[i][1] = views + i, p->of_view[i][2] = 2 * views + r->lens[i];
     int count = r->silhouettes[i].count;
     if (!count) continue; // nothing to see: the camera stays
-    double weight = sqrt(fmin(1, INDEPENDENT_PIXELS / count)) / ALPHA_DEVIATION;
-    p->views[i] = (view_block){r->context, &r->silhouettes[i], &r->volumes[getenv("ALL") ? 0 : i % r->fold_count], &r->response[i], r->distance[i], weight,
+    double weight = sqrt(fmin(1, INDEPENDENT_PIXELS / count)) / r->deviation;
+    p->views[i] = (view_block){r->context, &r->silhouettes[i], &r->volumes[i % r->fold_count], &r->response[i], r->distance[i], weight, HUBER_WIDTHS * r->deviation,
                                1 / (r->desc->turn_deviation * degree), 1 / r->desc->shift_deviation, p->error, p->by_motion};
     p->blocks[p->block_count++] = (vt_residual_block){evaluate, &p->views[i], count + 6 + VT_SMOOTH_TERMS, 3, p->of_view[i]};
   }

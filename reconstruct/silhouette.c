@@ -7,11 +7,10 @@
 //   d tau / du = d int g dt,   d tau / dw = -D x int t g dt,   d tau / d ln f = -(D_x G_x + D_y G_y), G = int t g dt
 //   d alpha = exp(-tau) d tau
 //
-// The volume is blurred, and so is the matte, by as much. That is not the same: transmittances are averaged there and depths
-// here, and what lets half of the light through in clumps lets less through when it is spread. A trunk's blurred edge stands
-// outside. A focal length would take that up (6 % of it, on a crown of 200 pixels). So the mean of the mattes at pixels of equal
-// alpha in the volume, over all photographs, is what a pixel is compared with: the response, which leaves no such error to be
-// explained by cameras.
+// Leaves are flat, and a crown stops more light from above than from the side. A volume that stops the same from everywhere is
+// too thin for one view and too dense for another, and cameras would come nearer or climb to make up for it (0.2 % of the
+// distance, on a tree). Two things take that up instead of them: the response, the mean of a view's matte at pixels of equal alpha
+// in the volume, is what a pixel is compared with; and a factor of the depth that changes slowly over the picture.
 //
 // Most pixels of a photograph are empty or full whatever the camera does. Those near an edge of the matte are looked at, and
 // a few others, in which a volume may show that should not.
@@ -24,43 +23,21 @@
 
 static float alpha_of(const vt_image *p, size_t i) { return (float)p->pixels[4 * i + 3] / 255.0f; }
 
-// Beyond the rim the nearest pixel counts.
-static void blur_rows(const float *from, float *to, size_t count, size_t length, size_t stride, size_t step) {
-  for (size_t row = 0; row < count; row++)
-    for (size_t i = 0; i < length; i++) {
-      const float *at = from + row * stride + i * step;
-      float below = i ? at[-(ptrdiff_t)step] : *at, above = i + 1 < length ? at[step] : *at;
-      to[row * stride + i * step] = 0.25f * (below + above) + 0.5f * *at;
-    }
-}
-
-static vt_status blur_matte(vt_context *context, const vt_image *p, int passes, float **out) {
-  size_t width = (size_t)p->width, height = (size_t)p->height;
-  float *matte = VT_NEW(context, float, width * height), *other = VT_NEW(context, float, width * height);
-  for (size_t i = 0; i < width * height && matte; i++) matte[i] = alpha_of(p, i);
-  for (int pass = 0; pass < passes && matte && other; pass++) {
-    blur_rows(matte, other, height, width, width, 1);
-    blur_rows(other, matte, width, height, 1, width);
-  }
-  bool there = matte && other;
-  vt_free(context, other);
-  *out = matte;
-  return there ? VT_OK : VT_OUT_OF_MEMORY;
-}
-
-static bool is_edge(const float *matte, int width, int height, int x, int y) {
+static bool is_edge(const vt_image *picture, int x, int y) {
+  int width = picture->width, height = picture->height;
   float low = 1, high = 0;
   for (int b = y > 0 ? y - 1 : 0; b <= y + 1 && b < height; b++)
     for (int a = x > 0 ? x - 1 : 0; a <= x + 1 && a < width; a++) {
-      float alpha = matte[(size_t)b * (size_t)width + (size_t)a];
+      float alpha = alpha_of(picture, (size_t)b * (size_t)width + (size_t)a);
       low = fminf(low, alpha), high = fmaxf(high, alpha);
     }
   return high - low >= LEAST_CONTRAST;
 }
 
 // Picks pixels row by row; edge: which are edges.
-static vt_status pick_pixels(vt_context *context, const float *matte, const uint8_t *edge, size_t width, size_t all, size_t edges,
-                             int most, uint64_t seed, vt_silhouette *out) {
+static vt_status pick_pixels(vt_context *context, const vt_image *picture, const uint8_t *edge, size_t edges, int most,
+                             uint64_t seed, vt_silhouette *out) {
+  size_t width = (size_t)picture->width, all = width * (size_t)picture->height;
   double others = (double)(all - edges), wanted = fmin((double)edges, (1 - OTHERS_SHARE) * most);
   double edge_share = edges ? wanted / (double)edges : 0;
   double other_share = others > 0 ? fmin(1, wanted * OTHERS_SHARE / (1 - OTHERS_SHARE) / others) : 0;
@@ -70,21 +47,18 @@ static vt_status pick_pixels(vt_context *context, const float *matte, const uint
   vt_rng rng = vt_seed_rng(seed, 11);
   for (size_t i = 0; i < all; i++)
     if (vt_random_unit(&rng) < (edge[i] ? edge_share : other_share) && (size_t)out->count < room)
-      out->pixels[out->count++] = (vt_silhouette_pixel){(uint16_t)(i % width), (uint16_t)(i / width), matte[i]};
+      out->pixels[out->count++] = (vt_silhouette_pixel){(uint16_t)(i % width), (uint16_t)(i / width), alpha_of(picture, i)};
   return VT_OK;
 }
 
-vt_status vt_sample_silhouette(vt_context *context, const vt_image *picture, const vt_camera *camera, int blurs, int most,
-                               uint64_t seed, vt_silhouette *out) {
+vt_status vt_sample_silhouette(vt_context *context, const vt_image *picture, const vt_camera *camera, int most, uint64_t seed,
+                               vt_silhouette *out) {
   size_t edges = 0, width = (size_t)picture->width, all = width * (size_t)picture->height;
-  float *matte = NULL;
   *out = (vt_silhouette){.camera = *camera};
   uint8_t *edge = VT_NEW(context, uint8_t, all);
-  vt_status status = edge ? blur_matte(context, picture, blurs, &matte) : VT_OUT_OF_MEMORY;
-  for (size_t i = 0; i < all && !status; i++)
-    edges += edge[i] = is_edge(matte, picture->width, picture->height, (int)(i % width), (int)(i / width));
-  if (!status) status = pick_pixels(context, matte, edge, width, all, edges, most, seed, out);
-  vt_free(context, matte);
+  if (!edge) return VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < all; i++) edges += edge[i] = is_edge(picture, (int)(i % width), (int)(i / width));
+  vt_status status = pick_pixels(context, picture, edge, edges, most, seed, out);
   vt_free(context, edge);
   return status;
 }

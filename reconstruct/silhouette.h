@@ -22,9 +22,8 @@ typedef struct vt_silhouette {
   vt_silhouette_pixel *pixels; // owned
 } vt_silhouette;
 
-// At most so many pixels, chosen by the seed, of a matte that is blurred in so many passes of (1 2 1)/4. A matte without edges has
-// none. VT_OUT_OF_MEMORY.
-vt_status vt_sample_silhouette(vt_context *, const vt_image *straight_rgba, const vt_camera *, int blurs, int most, uint64_t seed,
+// At most so many pixels, chosen by the seed. A matte without edges has none. VT_OUT_OF_MEMORY.
+vt_status vt_sample_silhouette(vt_context *, const vt_image *straight_rgba, const vt_camera *, int most, uint64_t seed,
                                vt_silhouette *out);
 void vt_free_silhouette(vt_context *, vt_silhouette *);
 

@@ -1,8 +1,10 @@
-// soft_volume.c - a coarse volume, blurred, whose silhouettes have derivatives
+// soft_volume.c - a coarse volume whose silhouettes have derivatives
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Cameras move where a silhouette's slope tells them to, and the sharp edge of a cell has none. So the tomography of a coarse
-// level is put on a dense grid and blurred by two or three cells. Along a ray X = C + t d, in steps of one cell,
+// Cameras move where a silhouette's slope tells them to, and the sharp edge of a cell has none. So the coarse level's corners are
+// fitted to the mattes (fit.c, without view textures) and put on a dense grid: trilinear, continuous, with a slope of a cell's
+// width. (Blurring cells that were solved as cells instead makes every silhouette stand outside its matte, by as much as the
+// depth is clumped; focal lengths then take up 6 %.) Along a ray X = C + t d, in steps of one cell,
 //
 //   tau = int s(X) dt,   d tau = int grad s . dX dt,   alpha = 1 - exp(-tau)
 //
@@ -11,8 +13,7 @@
 // before and behind the trunk pull each with their own leverage, which an image gradient and one depth a pixel cannot say.
 // (The gradient along the ray itself integrates to nothing.) What the chord gains where a ray turns is of second order.
 //
-// Dense, because a blurred field has no empty cells to skip within the tree, and steps of one length are all it takes; level 7
-// is 8 MB. Blocks without anything in them are jumped over.
+// Dense, because steps of one length are then all it takes; level 7 is 8 MB. Blocks without anything in them are jumped over.
 
 #include "reconstruct/soft_volume.h"
 #include "reconstruct/run.h"
@@ -26,40 +27,6 @@
 
 static size_t index_of(const vt_soft_volume *v, int x, int y, int z) {
   return ((size_t)z * (size_t)v->cells + (size_t)y) * (size_t)v->cells + (size_t)x;
-}
-
-typedef struct blur_job {
-  const float *from;
-  float *to;
-  int cells, axis;
-} blur_job;
-
-static void blur_planes(void *user, size_t begin, size_t end, int worker) {
-  (void)worker;
-  const blur_job *job = user;
-  size_t n = (size_t)job->cells, stride = job->axis == 0 ? 1 : job->axis == 1 ? n : n * n;
-  for (size_t z = begin; z < end; z++)
-    for (size_t y = 0; y < n; y++)
-      for (size_t x = 0; x < n; x++) {
-        size_t i = (z * n + y) * n + x, at = job->axis == 0 ? x : job->axis == 1 ? y : z;
-        float below = at ? job->from[i - stride] : 0, above = at + 1 < n ? job->from[i + stride] : 0;
-        job->to[i] = 0.25f * (below + above) + 0.5f * job->from[i];
-      }
-}
-
-static vt_status blur(vt_context *context, vt_soft_volume *v, int passes) {
-  size_t n = (size_t)v->cells;
-  float *other = passes > 0 ? VT_NEW(context, float, n * n * n) : NULL;
-  if (passes > 0 && !other) return VT_OUT_OF_MEMORY;
-  vt_status status = VT_OK;
-  for (int pass = 0; pass < 3 * passes && !status; pass++) {
-    blur_job job = {v->depth, other, v->cells, pass % 3};
-    status = vt_parallel(context, n, 4, blur_planes, &job);
-    float *swap = v->depth;
-    v->depth = other, other = swap;
-  }
-  vt_free(context, other);
-  return status;
 }
 
 static vt_status mark_filled(vt_context *context, vt_soft_volume *v) {
@@ -81,7 +48,7 @@ static vt_status mark_filled(vt_context *context, vt_soft_volume *v) {
 
 static vt_status soften(vt_context *context, const vt_octree *octree, const vt_soft_volume_desc *desc, vt_soft_volume *v) {
   const vt_level *level = &octree->levels[desc->level];
-  int rim = desc->blurs + 1;
+  const int rim = 1;
   v->edge = vt_cell_edge(octree, desc->level);
   v->cells = level->axis_cells + 1 + 2 * rim;
   double shift = -rim * v->edge;
@@ -95,43 +62,23 @@ static vt_status soften(vt_context *context, const vt_octree *octree, const vt_s
       v->depth[index_of(v, x + rim, y + rim, z + rim)] = s < desc->densest ? s : desc->densest;
     }
   }
-  vt_status status = blur(context, v, desc->blurs);
-  return status ? status : mark_filled(context, v);
+  return mark_filled(context, v);
 }
 
 vt_status vt_make_soft_volume(vt_context *context, const vt_views *views, vt_vec3 origin, double edge,
                               const vt_soft_volume_desc *desc, vt_soft_volume *out) {
-  VT_ASSERT(desc->level >= 0 && desc->level <= 8 && desc->votes >= 1 && desc->blurs >= 0);
+  VT_ASSERT(desc->level >= 0 && desc->level <= 8 && desc->votes >= 1);
   vt_reconstruct_desc how = vt_default_reconstruct_desc(VT_METHOD_BEST, VT_PRESET_DRAFT);
   vt_reconstruct_report report = {0};
   vt_tree tree = {.octree = {.origin = origin, .edge = edge}};
   how.hull_votes = desc->votes;
   *out = (vt_soft_volume){0};
   vt_run r = {context, &how, vt_recipe_of(&how), views, &tree, &report, .start = vt_seconds(), .leaf = desc->level};
-  if (desc->sweeps) r.recipe.opacity.iterations = desc->sweeps, r.recipe.opacity.least_updates = 0;
-  r.bare_epochs = getenv("EP") ? atoi(getenv("EP")) : 2;
+  r.bare_epochs = 2;
   vt_status status = vt_solve_opacity_levels(&r);
   bool there = !status && tree.octree.level_count > desc->level && tree.octree.levels[desc->level].cell_count > 0;
   if (!status && !there) status = vt_fail(context, VT_BAD_INPUT, "mattes: nothing is left of the tree; check the masks");
   if (!status) status = soften(context, &tree.octree, desc, out);
-  if (getenv("LK")) for (int i = 0; i < views->count; i += 3) {
-    vt_camera c = views->items[i].camera; vt_fimage f = {0}; size_t n = (size_t)c.width * (size_t)c.height;
-    vt_composite(context, &tree, desc->level, NULL, VT_BLEND_SUM, true, &c, &f);
-    float *a = malloc(4 * n), *b = malloc(4 * n), *m = malloc(4 * n);
-    vt_draw_soft_volume(context, out, &c, a);
-    for (size_t k = 0; k < n; k++) b[k] = f.pixels[4 * k + 3], m[k] = (float)views->items[i].picture.pixels[4 * k + 3] / 255.0f;
-    float *pair[3][2] = {{b, a}, {m, a}, {m, b}};
-    for (int q = 0; q < 3; q++) {
-      double xx = 0, yy = 0, xy = 0, xr = 0, yr = 0, rr = 0;
-      for (int y = 1; y + 1 < c.height; y++) for (int x = 1; x + 1 < c.width; x++) {
-        float *t = pair[q][1] + y * c.width + x; double gx = .5 * (t[1] - t[-1]), gy = .5 * (t[c.width] - t[-c.width]), r = pair[q][0][y * c.width + x] - *t;
-        xx += gx * gx, yy += gy * gy, xy += gx * gy, xr += gx * r, yr += gy * r, rr += r * r;
-      }
-      double det = xx * yy - xy * xy;
-      printf(" [%d] shift %+.3f %+.3f rms %.4f", q, (yy * xr - xy * yr) / det, (xx * yr - xy * xr) / det, sqrt(rr / (double)n));
-    }
-    printf("\n"); free(a), free(b), free(m); vt_free_fimage(context, &f);
-  }
   vt_free_tree(context, &tree);
   if (status) vt_free_soft_volume(context, out);
   return status;

@@ -1,4 +1,4 @@
-// soft_volume.h - a coarse volume, blurred, whose silhouettes have derivatives
+// soft_volume.h - a coarse volume whose silhouettes have derivatives
 // SPDX-License-Identifier: BSD-3-Clause
 #ifndef VT_RECONSTRUCT_SOFT_VOLUME_H
 #define VT_RECONSTRUCT_SOFT_VOLUME_H
@@ -10,9 +10,9 @@
 extern "C" {
 #endif
 
-// Optical depth per cell edge at the centres of a cubic grid, trilinear between them, 0 around it.
+// Optical depth per cell edge at the corners of a cubic grid, trilinear between them, 0 around it.
 typedef struct vt_soft_volume {
-  int cells;       // along an edge, with a rim of zeros
+  int cells;       // corners along an edge, with a rim of zeros
   vt_vec3 origin;  // world, the place of depth[0]
   double edge;     // world, of a cell
   float *depth;    // [cells][cells][cells], x fastest; owned
@@ -23,13 +23,11 @@ typedef struct vt_soft_volume {
 
 typedef struct vt_soft_volume_desc {
   int level;     // of the octree, at most 8
-  float densest; // depths are cut to this before they are blurred: behind it nothing shows, and a blurred trunk would grow
-  int blurs;     // passes of (1 2 1)/4 along each axis, 0..; two have a deviation of one cell
+  float densest; // depths are cut to this: behind it nothing shows
   int votes;     // views that must see a cell empty, 1..
-  int sweeps;    // of the tomography, on each level; 0: as many as usual
 } vt_soft_volume_desc;
 
-// Opacity alone of the views, within a cube that is given, softened. All views are taken, whatever their role.
+// Opacity alone of the views, within a cube that is given, its corners fitted. All views are taken, whatever their role.
 // VT_BAD_INPUT where nothing stands, VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_make_soft_volume(vt_context *, const vt_views *, vt_vec3 origin, double edge, const vt_soft_volume_desc *,
                               vt_soft_volume *out);
