@@ -117,6 +117,19 @@ typedef struct vt_refine_report {
 // Ceres; VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_refine_views(vt_context *, const vt_refine_desc *, vt_views *, vt_refine_report *or_null);
 
+// ==== before it: exposure and white balance ==========================================================================
+
+typedef struct vt_balance_report {
+  bool changed;     // false: the photographs are of one exposure, or too few; nothing was touched
+  double deviation; // of ln of the gains that cannot be light, the channel where it is largest
+  double most_gain; // |ln| of the largest gain of the first pass
+  double seconds;
+} vt_balance_report;
+
+// Brings the VT_TRAIN views' colours to one exposure and white balance, by a gain a channel in linear light, pictures changed in
+// place. The test views stay as they are. VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_balance_views(vt_context *, vt_views *, vt_balance_report *or_null);
+
 typedef enum vt_solver {
   VT_SOLVER_ADAM,      // transmittance domain, Adam (what `best` takes)
   VT_SOLVER_NESTEROV,  // transmittance domain, majoriser with momentum, all rays at once
