@@ -25,6 +25,7 @@
 #define SUSPICIOUS 5.0
 #define LEAST_DEVIATION 0.08 // of the logarithm: where all views agree equally well, little differences mean nothing
 #define LEAST_RATIO 2.0
+#define LEAST_DISAGREEMENT 0.02 // what is below this harms nothing
 #define MOST_SHARE 0.25
 
 void vt_free_matte_report(vt_context *context, vt_matte_report *report) {
@@ -83,7 +84,7 @@ static int mark(const double *disagreement, int count, uint8_t *doubtful, double
   double middle = median(scratch, good);
   for (int i = 0; i < good; i++) scratch[i] = fabs(scratch[i] - middle);
   double deviation = fmax(1.4826 * median(scratch, good), LEAST_DEVIATION);
-  double bound = middle + fmax(SUSPICIOUS * deviation, log(LEAST_RATIO));
+  double bound = fmax(middle + fmax(SUSPICIOUS * deviation, log(LEAST_RATIO)), log(LEAST_DISAGREEMENT));
   *usual = exp(middle);
   for (int i = 0; i < count; i++) all += doubtful[i] || log(disagreement[i] + 1e-6) > bound;
   if (all > MOST_SHARE * count) return 0; // so many are not the exception

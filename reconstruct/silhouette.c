@@ -138,6 +138,7 @@ static void compare_some(void *user, size_t begin, size_t end, int worker) {
     vt_vec3 g = vt_mul(&camera->rotation, vt_v3(sum[0], sum[1], sum[2]));
     vt_vec3 tg = vt_mul(&camera->rotation, vt_v3(sum[3], sum[4], sum[5])), d = vt_mul(&camera->rotation, ray.direction);
     vt_vec3 turn = vt_cross(tg, d);
+    g = vt_sub(g, vt_scale(d, vt_dot(g, d))); // along the ray the integral is 0, and only its rounding would be seen
     double row[7] = {turn.x, turn.y, turn.z, job->distance * g.x, job->distance * g.y, job->distance * g.z,
                                          -(d.x * tg.x + d.y * tg.y)};
     for (int k = 0; k < 7; k++) job->by_motion[i][k] = (float)(slope * left * factor * row[k]);
