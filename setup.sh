@@ -16,7 +16,8 @@ exec </dev/null
 
 bare='gcc libc6-dev cmake ninja-build'
 build="$bare g++ pkg-config libopenimageio-dev openimageio-tools libopencv-dev libopencv-contrib-dev libjansson-dev
-  libzstd-dev libepoxy-dev libegl-dev libgl-dev libgles-dev libgl1-mesa-dri libsdl2-dev libembree-dev libceres-dev"
+  libzstd-dev libepoxy-dev libegl-dev libgl-dev libgles-dev libgl1-mesa-dri libsdl2-dev libembree-dev libceres-dev
+  libsqlite3-dev"
 capture='colmap'
 video='ffmpeg'
 test="$build clang libclang-rt-14-dev libcmocka-dev universal-ctags binutils"

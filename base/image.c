@@ -101,6 +101,20 @@ vt_status vt_reduce_image(vt_context *context, const vt_image *in, int factor, v
   return VT_OK;
 }
 
+vt_status vt_pool_image(vt_context *context, const vt_image *in, int factor, vt_image *out) {
+  VT_ASSERT(in->channels == 1 && factor >= 1);
+  int width = (in->width + factor - 1) / factor, height = (in->height + factor - 1) / factor;
+  vt_status status = vt_make_image(context, width, height, 1, out);
+  if (status) return status;
+  for (int y = 0; y < in->height; y++)
+    for (int x = 0; x < in->width; x++) {
+      uint8_t from = in->pixels[(size_t)y * (size_t)in->width + (size_t)x];
+      uint8_t *to = &out->pixels[(size_t)(y / factor) * (size_t)width + (size_t)(x / factor)];
+      if (from > *to) *to = from;
+    }
+  return VT_OK;
+}
+
 void vt_paste(vt_image *target, const vt_image *source, int x, int y) {
   VT_ASSERT(target->channels == source->channels);
   int left = x < 0 ? -x : 0, right = source->width < target->width - x ? source->width : target->width - x;

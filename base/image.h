@@ -35,6 +35,8 @@ vt_status vt_flatten(vt_context *, const vt_fimage *premultiplied_rgba, const fl
 // A picture reduced by `factor` >= 1 (each side divided, rounded up) by a box filter that averages premultiplied colour
 // and alpha, and gives straight RGBA back; the colour of fully transparent pixels is averaged unweighted.
 vt_status vt_reduce_image(vt_context *, const vt_image *straight_rgba, int factor, vt_image *out);
+// A one-channel picture reduced in the same way, each pixel the greatest of those it stands for.
+vt_status vt_pool_image(vt_context *, const vt_image *grey, int factor, vt_image *out);
 // Copies `source` into `target` with its top left corner at (x, y), clipped; channels must match.
 void vt_paste(vt_image *target, const vt_image *source, int x, int y);
 

@@ -4,7 +4,8 @@
 // What OpenImageIO does unless told otherwise, and what we need: it multiplies colour by alpha on reading and divides
 // on writing (we ask for straight values both ways, so that even the colour under alpha 0 survives); it gives back
 // half-read pictures with a text in geterror() and no failure (we fail); it starts threads of its own (we have workers
-// already). Rows come in strips: a header that promises more than the file holds fails at its first strip.
+// already); it turns RAW pictures upright, which it does with no other format (we take the sensor's rows, and the turn apart).
+// Rows come in strips: a header that promises more than the file holds fails at its first strip.
 #include "base/image_pam.h"
 
 #include "base/file.h"
@@ -67,7 +68,8 @@ vt_status check_spec(vt_context *context, const char *path, const ImageInput &in
   return VT_OK;
 }
 
-vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<ImageInput> &input) {
+// raw_flip: LibRaw's turn of a RAW picture, 0 for the sensor's rows as in every other format; -1: upright.
+vt_status open_picture(vt_context *context, const char *path, int raw_flip, std::unique_ptr<ImageInput> &input) {
   set_threads();
   if (vt_is_folder(path)) return vt_fail(context, VT_BAD_INPUT, "%s: is a folder; give a picture", path);
   if (!vt_is_file(path)) return vt_fail(context, VT_BAD_INPUT, "%s: there is no such file; check the path", path);
@@ -76,6 +78,7 @@ vt_status open_picture(vt_context *context, const char *path, std::unique_ptr<Im
   if (vt_is_cut_png(path)) return fail_damaged(context, path, "the file ends too early");
   ImageSpec hints;
   hints.attribute("oiio:UnassociatedAlpha", 1);
+  hints.attribute("raw:user_flip", raw_flip);
   // By the ending first: ImageInput::open() takes '?' in a name for options. By the content if the ending lies.
   const char *dot = strrchr(vt_base_name(path), '.');
   ImageSpec spec;
@@ -267,12 +270,18 @@ vt_status vt_read_image_info(vt_context *context, const char *path, vt_image_inf
   if (vt_has_ending(path, "pam")) return vt_read_pam_info(context, path, out);
   return at_border(context, path, [&] {
     std::unique_ptr<ImageInput> input;
-    vt_status status = open_picture(context, path, input);
+    vt_status status = open_picture(context, path, -1, input); // with 0 it would not say how it is turned
     if (status) return status;
     const ImageSpec &spec = input->spec();
-    int orientation = spec.get_int_attribute("Orientation", 1);
     out->width = spec.width;
     out->height = spec.height;
+    int orientation = spec.get_int_attribute("Orientation", 1);
+    if (!strcmp(input->format_name(), "raw")) { // LibRaw's numbers: 3, 5 and 6 are a half turn, a quarter left, a quarter right
+      int flip = spec.get_int_attribute("raw:flip");
+      orientation = flip == 3 ? 3 : flip == 5 ? 8 : flip == 6 ? 6 : 1;
+      if (orientation > 4) std::swap(out->width, out->height);
+    }
+    if (!strcmp(input->format_name(), "heif")) orientation = 1; // libheif has turned the pixels, whatever the header says
     out->channels = spec.nchannels;
     out->orientation = orientation >= 1 && orientation <= 8 ? orientation : 1;
     out->focal_35mm = positive(spec.get_float_attribute("Exif:FocalLengthIn35mmFilm"));
@@ -288,7 +297,7 @@ vt_status vt_read_image(vt_context *context, const char *path, vt_image *out) {
   if (vt_has_ending(path, "pam")) return vt_read_pam(context, path, out);
   vt_status status = at_border(context, path, [&] {
     std::unique_ptr<ImageInput> input;
-    vt_status opened = open_picture(context, path, input);
+    vt_status opened = open_picture(context, path, 0, input);
     return opened ? opened : read_pixels(context, path, *input, out);
   });
   if (status) vt_free_image(context, out);

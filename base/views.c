@@ -7,6 +7,7 @@ void vt_free_views(vt_context *context, vt_views *views) {
   for (int i = 0; i < views->count && views->items; i++) {
     vt_free(context, views->items[i].name);
     vt_free_image(context, &views->items[i].picture);
+    vt_free_image(context, &views->items[i].ignored);
   }
   vt_free(context, views->items);
   *views = (vt_views){0};
@@ -19,7 +20,7 @@ int vt_count_views(const vt_views *views, vt_role role) {
 }
 
 vt_status vt_select_views(vt_context *context, const vt_views *views, vt_role role, vt_views *out) {
-  *out = (vt_views){0};
+  *out = (vt_views){.world = views->world};
   out->items = VT_NEW(context, vt_view, (size_t)views->count);
   if (!out->items) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < views->count; i++)

@@ -21,11 +21,21 @@ typedef struct vt_view {
   vt_role role;     //
   vt_camera camera; // width and height are the picture's
   vt_image picture; // straight RGBA; alpha is the matte; foreground colours where 0 < alpha < 1
+  vt_image ignored; // one channel, the picture's size: where it is not 0 the picture says nothing, its alpha is 0 there and
+                    // no emptiness; no pixels: all of the picture counts
 } vt_view;
+
+// What is known of the world that the cameras stand in.
+typedef struct vt_world {
+  vt_vec3 up;             // unit, away from the ground; zero: not known
+  double metres_per_unit; // 0: not known
+  double tree_height;     // metres along `up`, as somebody measured it: gives the scale once the tree is there; 0: not said
+} vt_world;
 
 typedef struct vt_views {
   int count;
-  vt_view *items; // owned, each with its name and picture
+  vt_view *items; // owned, each with its name and pictures
+  vt_world world;
 } vt_views;
 
 void vt_free_views(vt_context *, vt_views *);

@@ -6,6 +6,9 @@
 // whole factor f, which divides fx, fy, cx, cy by exactly f (the last row or column may cover less than f pixels of the
 // source, so that width'/width is not quite 1/f and must not be used).
 //
+// What is not to be looked at goes the same way beside the picture. It is reduced by the greatest: a pixel with something
+// ignored in it is ignored.
+//
 // Photographs go through in batches, one by one on all workers: only as many as there are workers are held at full
 // size.
 
@@ -18,6 +21,7 @@
 #include <string.h>
 
 #define MAX_BATCH 256 // 4 for each of at most 64 workers
+#define WORKING_BYTES 32 // for each pixel of a photograph while it is developed
 
 // ---- which mattes
 
@@ -108,24 +112,6 @@ typedef struct work {
   vt_status status[MAX_BATCH];
 } work;
 
-// Turns pixels as the EXIF orientations 5..8, which exchange width and height, ask for.
-static vt_status turn(vt_context *context, int orientation, vt_image *picture) {
-  vt_image out = {0};
-  vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
-  if (status) return status;
-  size_t channels = (size_t)picture->channels;
-  for (int y = 0; y < out.height; y++)
-    for (int x = 0; x < out.width; x++) {
-      int from_x = orientation == 5 || orientation == 6 ? y : out.height - 1 - y;
-      int from_y = orientation == 5 || orientation == 8 ? x : out.width - 1 - x;
-      memcpy(out.pixels + ((size_t)y * (size_t)out.width + (size_t)x) * channels,
-             picture->pixels + ((size_t)from_y * (size_t)picture->width + (size_t)from_x) * channels, channels);
-    }
-  vt_free_image(context, picture);
-  *picture = out;
-  return VT_OK;
-}
-
 static vt_status drop_alpha(vt_context *context, vt_image *picture) {
   if (picture->channels == 3) return VT_OK;
   vt_image out = {0};
@@ -141,11 +127,8 @@ static vt_status drop_alpha(vt_context *context, vt_image *picture) {
 static vt_status read_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_image *picture = &w->views[i].picture;
-  vt_status status = vt_read_image(w->context, photo->path, picture);
-  if (!status && photo->orientation > 1) status = turn(w->context, photo->orientation, picture);
+  vt_status status = vt_read_photo(w->context, photo, picture);
   if (status) return status;
-  if (picture->width != photo->width || picture->height != photo->height)
-    return vt_fail(w->context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
   switch (w->mode) {
   case VT_MATTE_MASKS:
     return vt_apply_mask(w->context, photo, w->desc->invert_masks, picture, &w->border_share[i]);
@@ -172,6 +155,34 @@ static vt_status matte_photo(work *w, int i) {
   return VT_OK;
 }
 
+// The factor that a photograph is reduced by.
+static int factor_of(int width, int height, int bound) {
+  int longer = width > height ? width : height;
+  return bound > 0 && longer > bound ? (int)(((long)longer + bound - 1) / bound) : 1;
+}
+
+// The view's map of what is ignored, and alpha 0 there.
+static vt_status ignore_pixels(work *w, int i, int factor) {
+  vt_context *context = w->context;
+  const vt_photo *photo = &w->photos[i];
+  vt_view *view = &w->views[i];
+  vt_image whole = {0}, straight = {0};
+  vt_camera unused = view->camera;
+  vt_status status = vt_read_ignored(context, photo, photo->width, photo->height, &whole);
+  if (!status && !vt_lens_is_pinhole(&photo->lens)) {
+    status = vt_undistort_image(context, &photo->lens, &whole, &unused, &straight);
+    vt_free_image(context, &whole);
+    whole = straight;
+  }
+  for (size_t k = 0; !status && k < (size_t)whole.width * (size_t)whole.height; k++)
+    whole.pixels[k] = whole.pixels[k] > 0 ? 255 : 0;
+  if (!status) status = vt_pool_image(context, &whole, factor, &view->ignored);
+  vt_free_image(context, &whole);
+  for (size_t k = 0; !status && k < (size_t)view->ignored.width * (size_t)view->ignored.height; k++)
+    if (view->ignored.pixels[k]) view->picture.pixels[4 * k + 3] = 0;
+  return status;
+}
+
 static vt_status finish_photo(work *w, int i) {
   vt_photo *photo = &w->photos[i];
   vt_view *view = &w->views[i];
@@ -187,8 +198,7 @@ static vt_status finish_photo(work *w, int i) {
       other = (vt_image){0};
     }
   }
-  int longer = view->picture.width > view->picture.height ? view->picture.width : view->picture.height;
-  int bound = w->desc->max_image_size, factor = bound > 0 ? (int)(((long)longer + bound - 1) / bound) : 1;
+  int factor = factor_of(view->picture.width, view->picture.height, w->desc->max_image_size);
   if (!status && factor > 1) {
     status = vt_reduce_image(w->context, &view->picture, factor, &other);
     if (!status) {
@@ -202,6 +212,7 @@ static vt_status finish_photo(work *w, int i) {
     }
   }
   vt_free_image(w->context, &other);
+  if (!status && photo->ignored) status = ignore_pixels(w, i, factor);
   return status ? status : vt_check_camera(w->context, &view->camera, photo->path);
 }
 
@@ -229,6 +240,7 @@ static vt_status develop_again(work *w, int count) {
     if (!w->status[i]) continue;
     vt_clear_error(w->context);
     vt_free_image(w->context, &w->views[i].picture);
+    vt_free_image(w->context, &w->views[i].ignored);
     status = develop_photo(w, i);
   }
   return status;
@@ -243,19 +255,52 @@ static int choose_batch(vt_context *context, const vt_photos *photos) {
     uint64_t own = (uint64_t)photos->items[i].width * (uint64_t)photos->items[i].height;
     if (own > pixels) pixels = own;
   }
-  uint64_t fitting = bound ? bound / 3 / (32 * pixels) : (uint64_t)workers;
+  uint64_t fitting = bound ? bound / 3 / (WORKING_BYTES * pixels) : (uint64_t)workers;
   if (fitting < (uint64_t)workers) batch = fitting ? (int)fitting : 1;
   return vt_wants_probes(context) ? 1 : batch;
+}
+
+// Bytes that the views take, and the largest photograph while it is developed, at a bound of their longer side.
+static uint64_t bytes_needed(const vt_photos *photos, int bound) {
+  uint64_t all = 0, largest = 0;
+  for (int i = 0; i < photos->count; i++) {
+    const vt_photo *p = &photos->items[i];
+    uint64_t pixels = (uint64_t)p->width * (uint64_t)p->height, f = (uint64_t)factor_of(p->width, p->height, bound);
+    all += (((uint64_t)p->width + f - 1) / f) * (((uint64_t)p->height + f - 1) / f) * (p->ignored ? 5 : 4);
+    largest = pixels > largest ? pixels : largest;
+  }
+  return all + WORKING_BYTES * largest;
+}
+
+// Said before the work: an error after an hour helps nobody. The cure is a size that fits.
+static vt_status check_room(vt_context *context, const vt_capture_desc *desc, const vt_photos *photos) {
+  uint64_t bound = vt_max_memory(context), used = vt_bytes_in_use(context);
+  uint64_t need = bytes_needed(photos, desc->max_image_size), room = bound > used ? bound - used : 0;
+  if (!bound || need <= room) return VT_OK;
+  int fits = 0, most = 0;
+  for (int i = 0; i < photos->count; i++) {
+    const vt_photo *p = &photos->items[i];
+    most = p->width > most ? p->width : most, most = p->height > most ? p->height : most;
+  }
+  for (int f = 2; f < most && !fits; f++)
+    if (bytes_needed(photos, (most + f - 1) / f) <= room) fits = (most + f - 1) / f;
+  char cure[64] = "";
+  if (fits) snprintf(cure, sizeof cure, "--max-image-size %d, or ", fits);
+  return vt_fail(context, VT_OUT_OF_MEMORY,
+                 "--max-memory: the views of %d photographs need %.0f MB, and %.0f MB are allowed; give %s--max-memory %.0fM "
+                 "and more for what comes after",
+                 photos->count, (double)need / 1e6, (double)room / 1e6, cure, ceil(1.05 * (double)(need + used) / 1e6));
 }
 
 vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
                             vt_capture_report *report, vt_views *out) {
   int batch = choose_batch(context, photos), inverted = 0;
   int busy = batch < vt_thread_count(context) ? batch : vt_thread_count(context);
+  vt_status status = check_room(context, desc, photos);
+  if (status) return status;
   out->items = VT_NEW(context, vt_view, (size_t)photos->count);
   if (!out->items) return VT_OUT_OF_MEMORY;
   out->count = photos->count;
-  vt_status status = VT_OK;
   for (int first = 0; first < photos->count && !status; first += batch) {
     int count = photos->count - first < batch ? photos->count - first : batch;
     work w = {context, desc, report->matte, photos->items + first, out->items + first, {0}, {0}, {0}};
@@ -269,7 +314,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
   }
   if (!status && 2 * inverted > photos->count)
     vt_log(context, VT_LOG_NORMAL,
-           "masks: most of the pictures' border is tree; if black is the tree, give --invert-masks");
+           "masks: most of the border is tree in %d of %d pictures; if black is the tree, give --invert-masks", inverted,
+           photos->count);
   for (int i = 0; i < photos->count && !status; i++) { // only now: a photograph that is tried again still needs it
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;

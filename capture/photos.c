@@ -45,6 +45,7 @@ void vt_free_photo(vt_context *context, vt_photo *photo) {
   vt_free(context, photo->name);
   vt_free(context, photo->path);
   vt_free(context, photo->mask);
+  vt_free(context, photo->ignored);
   *photo = (vt_photo){0};
 }
 
@@ -71,6 +72,7 @@ vt_status vt_fit_photo(vt_context *context, vt_photo *photo, const char *where) 
   photo->has_alpha = info.channels == 2 || info.channels == 4;
   photo->width = info.width;
   photo->height = info.height;
+  photo->upright = info.orientation;
   if (!lens->width) {
     lens->width = info.width;
     lens->height = info.height;
@@ -83,6 +85,7 @@ vt_status vt_fit_photo(vt_context *context, vt_photo *photo, const char *where) 
                      "pictures, each size with a camera of its own",
                      where, photo->path, info.width, info.height, lens->width, lens->height);
     photo->orientation = info.orientation;
+    photo->upright = 1;
     photo->width = info.height;
     photo->height = info.width;
   }
@@ -96,19 +99,38 @@ vt_status vt_fit_photo(vt_context *context, vt_photo *photo, const char *where) 
   return VT_OK;
 }
 
+vt_status vt_turn_picture(vt_context *context, int orientation, vt_image *picture) {
+  vt_image out = {0};
+  vt_status status = vt_make_image(context, picture->height, picture->width, picture->channels, &out);
+  if (status) return status;
+  size_t channels = (size_t)picture->channels;
+  for (int y = 0; y < out.height; y++)
+    for (int x = 0; x < out.width; x++) {
+      int from_x = orientation == 5 || orientation == 6 ? y : out.height - 1 - y;
+      int from_y = orientation == 5 || orientation == 8 ? x : out.width - 1 - x;
+      memcpy(out.pixels + ((size_t)y * (size_t)out.width + (size_t)x) * channels,
+             picture->pixels + ((size_t)from_y * (size_t)picture->width + (size_t)from_x) * channels, channels);
+    }
+  vt_free_image(context, picture);
+  *picture = out;
+  return VT_OK;
+}
+
+vt_status vt_read_photo(vt_context *context, const vt_photo *photo, vt_image *out) {
+  vt_status status = vt_read_image(context, photo->path, out);
+  if (!status && photo->orientation > 1) status = vt_turn_picture(context, photo->orientation, out);
+  if (!status && (out->width != photo->width || out->height != photo->height))
+    status = vt_fail(context, VT_BAD_INPUT, "%s: changed while it was read; run again", photo->path);
+  if (status) vt_free_image(context, out);
+  return status;
+}
+
 vt_camera vt_photo_camera(const vt_photo *photo) {
   const vt_lens *lens = &photo->lens;
   return (vt_camera){lens->width, lens->height, lens->fx,        lens->fy,
                      lens->cx,    lens->cy,     photo->rotation, photo->translation};
 }
 
-bool vt_lens_is_pinhole(const vt_lens *lens) {
-  if (lens->model == VT_LENS_PINHOLE) return true;
-  if (lens->model == VT_LENS_FISHEYE) return false;
-  for (int i = 0; i < 8; i++)
-    if (lens->k[i] != 0) return false;
-  return true;
-}
 
 vt_status vt_leave_out(vt_context *context, vt_capture_report *report, const char *name, const char *why) {
   char **items = vt_realloc(context, report->left_out, (size_t)report->left_out_count + 1, sizeof *items);

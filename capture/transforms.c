@@ -99,13 +99,7 @@ static vt_status read_distortion(vt_context *context, const frame_source *s, vt_
     vt_status status = get_number(context, s, keys[i], &lens->k[i]);
     if (status) return status;
   }
-  double k4 = 0; // of r^8, where OpenCV's k4 stands under the fraction line
-  vt_status status = is_fisheye ? VT_OK : get_number(context, s, "k4", &k4);
-  if (!status && k4 != 0)
-    status =
-        vt_fail(context, VT_BAD_INPUT,
-                "%s: k4 of a lens that is no fisheye cannot be used; calibrate without it, or undistort the pictures",
-                s->where);
+  vt_status status = is_fisheye ? VT_OK : get_number(context, s, "k4", &lens->k[8]); // of r^8; OpenCV's k4 is another
   if (!status && vt_lens_is_pinhole(lens)) lens->model = VT_LENS_PINHOLE;
   return status;
 }
@@ -225,6 +219,34 @@ static bool is_listed(const vt_json *names, const char *name) {
   return false;
 }
 
+// A file that a frame may name, in its folder; NULL if it does not.
+static vt_status read_path(vt_context *context, const frame_source *s, const char *key, const char *folder, char **out) {
+  const vt_json *value = vt_json_member(s->frame, key);
+  const char *text = vt_json_string(value, NULL);
+  if (!text) return VT_OK; // null, as some exporters write it
+  char *clean = clean_path(context, text);
+  *out = clean ? vt_join(context, folder, clean) : NULL;
+  vt_free(context, clean);
+  return *out ? VT_OK : VT_OUT_OF_MEMORY;
+}
+
+static vt_status read_world(vt_context *context, const char *path, const vt_json *root, vt_world *world) {
+  const vt_json *up = vt_json_member(root, "up");
+  if (up) {
+    world->up = vt_v3(vt_json_number(vt_json_item(up, 0), NAN), vt_json_number(vt_json_item(up, 1), NAN),
+                      vt_json_number(vt_json_item(up, 2), NAN));
+    world->up = vt_normalise(world->up);
+    if (!(fabs(vt_length(world->up) - 1) < 1e-6))
+      return vt_fail(context, VT_BAD_INPUT, "%s: up is not three numbers that are a direction; correct it, or take it out", path);
+  }
+  frame_source s = {root, root, path};
+  vt_status status = get_number(context, &s, "metres_per_unit", &world->metres_per_unit);
+  if (!status) status = get_number(context, &s, "tree_height_metres", &world->tree_height);
+  if (!status && (world->metres_per_unit < 0 || world->tree_height < 0))
+    status = vt_fail(context, VT_BAD_INPUT, "%s: metres_per_unit and tree_height_metres are above 0; correct them", path);
+  return status;
+}
+
 static vt_status read_frame(vt_context *context, frame_source *s, const char *path, const char *folder, size_t number,
                             vt_role role, vt_photos *photos) {
   char where[512];
@@ -233,17 +255,18 @@ static vt_status read_frame(vt_context *context, frame_source *s, const char *pa
   const char *text = vt_json_string(vt_json_member(s->frame, "file_path"), "");
   if (!*text) return vt_fail(context, VT_BAD_INPUT, "%s: no file_path; write the picture's name there", where);
   snprintf(where, sizeof where, "%s: frame %zu (%s)", path, number, text);
-  const char *mask = vt_json_string(vt_json_member(s->frame, "mask_path"), NULL);
   char *clean = clean_path(context, text), *name = clean ? find_picture(context, folder, clean) : NULL;
   char *file = name ? vt_join(context, folder, name) : NULL;
-  char *clean_mask = mask ? clean_path(context, mask) : NULL;
   vt_photo *photo = file ? vt_add_photo(context, photos, name, file) : NULL;
-  vt_status status = photo && (!mask || clean_mask) ? VT_OK : VT_OUT_OF_MEMORY;
-  if (!status && clean_mask && !(photo->mask = vt_join(context, folder, clean_mask))) status = VT_OUT_OF_MEMORY;
+  vt_status status = photo ? VT_OK : VT_OUT_OF_MEMORY;
   vt_free(context, clean);
-  vt_free(context, clean_mask);
   vt_free(context, name);
   vt_free(context, file);
+  if (!status) status = read_path(context, s, "mask_path", folder, &photo->mask);
+  if (!status) status = read_path(context, s, "ignore_path", folder, &photo->ignored);
+  if (!status && photo->ignored && !vt_is_file(photo->ignored))
+    status = vt_fail(context, VT_BAD_INPUT, "%s: the mask %s (ignore_path) is missing; put it there, or take it out", where,
+                     photo->ignored);
   if (status) return status;
   photo->role = is_listed(vt_json_member(s->root, "test_filenames"), text) ? VT_TEST : role;
   status = read_pose(context, s, photo);
@@ -272,6 +295,7 @@ vt_status vt_read_transforms(vt_context *context, const char *path, vt_role role
   size_t count = vt_json_is_array(frames) ? vt_json_count(frames) : 0;
   if (!status && (count == 0 || count > 1000000))
     status = vt_fail(context, VT_BAD_INPUT, "%s: no \"frames\" with cameras in it; export the cameras again", path);
+  if (!status) status = read_world(context, path, root, &photos->world);
   for (size_t i = 0; i < count && !status; i++) {
     frame_source s = {vt_json_item(frames, i), root, NULL};
     status = read_frame(context, &s, path, folder, i, role, photos);

@@ -11,35 +11,54 @@
 #include <string.h>
 
 enum { SIDE = 33, POINTS = 4 * SIDE, LARGEST = 32766 }; // border points of a side; edge that OpenCV can resample
+enum { STRIP = 64 };                                    // rows that are resampled at a time
 #define STEP 1.01                                       // of the focal length, from one trial to the next
 #define NARROWEST 8.0
 
-// True if all of the border of the pinhole view, and what is just inside of it, is in the photograph, in that order.
-static vt_status border_is_seen(vt_context *context, const vt_lens *lens, const vt_camera *pinhole, bool *seen) {
-  double rays[2 * POINTS][2], pixels[2 * POINTS][2];
+// True if all of the border of the pinhole view is in the photograph, and what is just inside of it lies farther in.
+static bool border_is_seen(const vt_lens *lens, const vt_camera *pinhole) {
   for (int i = 0; i < POINTS; i++) {
-    double t = (double)(i % SIDE) / (SIDE - 1);
+    double t = (double)(i % SIDE) / (SIDE - 1), pixel[2], inner[2];
     double u = i < 2 * SIDE ? t : i < 3 * SIDE ? 0 : 1, v = i < SIDE ? 0 : i < 2 * SIDE ? 1 : t;
-    for (int inner = 0; inner < 2; inner++) {
-      double *ray = rays[2 * i + inner], scale = inner ? 0.98 : 1;
-      ray[0] = scale * (u * pinhole->width - pinhole->cx) / pinhole->fx;
-      ray[1] = scale * (v * pinhole->height - pinhole->cy) / pinhole->fy;
-    }
+    double x = (u * pinhole->width - pinhole->cx) / pinhole->fx, y = (v * pinhole->height - pinhole->cy) / pinhole->fy;
+    vt_lens_project(lens, x, y, pixel);
+    vt_lens_project(lens, 0.98 * x, 0.98 * y, inner);
+    bool inside = pixel[0] > -0.5 && pixel[1] > -0.5 && pixel[0] < lens->width + 0.5 && pixel[1] < lens->height + 0.5;
+    if (!inside || hypot(pixel[0] - lens->cx, pixel[1] - lens->cy) <= hypot(inner[0] - lens->cx, inner[1] - lens->cy))
+      return false;
   }
-  vt_status status = vt_distort_points(context, lens, 2 * POINTS, &rays[0][0], &pixels[0][0]);
-  *seen = true;
-  for (int i = 0; status == VT_OK && i < POINTS; i++) {
-    double x = pixels[2 * i][0], y = pixels[2 * i][1];
-    double outer = hypot(x - lens->cx, y - lens->cy),
-           inner = hypot(pixels[2 * i + 1][0] - lens->cx, pixels[2 * i + 1][1] - lens->cy);
-    *seen = *seen && x > -0.5 && y > -0.5 && x < lens->width + 0.5 && y < lens->height + 0.5 && outer > inner;
+  return true;
+}
+
+// `out` has its size and channels already.
+static vt_status resample(vt_context *context, const vt_lens *lens, const vt_image *in, const vt_camera *pinhole,
+                          vt_image *out) {
+  size_t width = (size_t)out->width;
+  float *x = VT_NEW(context, float, STRIP *width), *y = VT_NEW(context, float, STRIP *width);
+  vt_status status = x && y ? VT_OK : VT_OUT_OF_MEMORY;
+  for (int first = 0; first < out->height && !status; first += STRIP) {
+    int rows = out->height - first < STRIP ? out->height - first : STRIP;
+    for (int j = 0; j < rows; j++)
+      for (size_t i = 0; i < width; i++) {
+        double pixel[2];
+        vt_lens_project(lens, ((double)i + 0.5 - pinhole->cx) / pinhole->fx, (first + j + 0.5 - pinhole->cy) / pinhole->fy,
+                        pixel);
+        x[(size_t)j * width + i] = (float)(pixel[0] - 0.5); // counted from the first pixel's centre
+        y[(size_t)j * width + i] = (float)(pixel[1] - 0.5);
+      }
+    status = vt_resample_rows(context, in, x, y, first, rows, out);
+    for (size_t i = 0; i < (size_t)rows * width && !status && out->channels == 4; i++)
+      if (!(x[i] > -0.51f && y[i] > -0.51f && x[i] < (float)in->width - 0.49f && y[i] < (float)in->height - 0.49f))
+        out->pixels[4 * ((size_t)first * width + i) + 3] = 0;
   }
+  vt_free(context, x);
+  vt_free(context, y);
   return status;
 }
 
 vt_status vt_undistort_image(vt_context *context, const vt_lens *lens, const vt_image *in, vt_camera *inout_camera,
                              vt_image *out) {
-  VT_ASSERT(in->channels == 3 || in->channels == 4);
+  VT_ASSERT(in->channels == 1 || in->channels == 3 || in->channels == 4);
   memset(out, 0, sizeof *out);
   if (in->width != lens->width || in->height != lens->height)
     return vt_fail(context, VT_BAD_INPUT,
@@ -54,9 +73,9 @@ vt_status vt_undistort_image(vt_context *context, const vt_lens *lens, const vt_
   camera.fx = lens->fx, camera.fy = lens->fy, camera.cx = lens->cx, camera.cy = lens->cy;
   bool straight = vt_lens_is_pinhole(lens), seen = straight;
   vt_status status = VT_OK;
-  for (double scale = 1; status == VT_OK && !seen && scale < NARROWEST; scale *= STEP) {
+  for (double scale = 1; !seen && scale < NARROWEST; scale *= STEP) {
     camera.fx = lens->fx * scale, camera.fy = lens->fy * scale;
-    status = border_is_seen(context, lens, &camera, &seen);
+    seen = border_is_seen(lens, &camera);
   }
   if (status == VT_OK && !seen)
     status =
@@ -64,7 +83,7 @@ vt_status vt_undistort_image(vt_context *context, const vt_lens *lens, const vt_
   if (status == VT_OK) status = vt_make_image(context, camera.width, camera.height, in->channels, out);
   if (status == VT_OK && straight)
     memcpy(out->pixels, in->pixels, (size_t)in->width * (size_t)in->height * (size_t)in->channels);
-  if (status == VT_OK && !straight) status = vt_resample_picture(context, lens, in, &camera, out);
+  if (status == VT_OK && !straight) status = resample(context, lens, in, &camera, out);
   if (status == VT_OK)
     *inout_camera = camera;
   else

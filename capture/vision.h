@@ -3,20 +3,26 @@
 #ifndef VT_CAPTURE_VISION_H
 #define VT_CAPTURE_VISION_H
 
-#include "capture/lens.h"
+#include "base/image.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-// Where rays (x, y, 1) of the camera's own axes meet the photograph: pixels, xy pairs. VT_MISSING_PROGRAM without
-// OpenCV.
-vt_status vt_distort_points(vt_context *, const vt_lens *, int count, const double *rays_xy, double *pixels_xy);
-// Resamples `in`, taken through `lens`, to the pinhole camera whose size, focal lengths and centre are given, by
-// bicubic interpolation. Outside the photograph its edge is repeated, with alpha 0 where there are 4 channels. `out`
-// has its size and channels already.
-vt_status vt_resample_picture(vt_context *, const vt_lens *, const vt_image *in, const vt_camera *pinhole,
-                              vt_image *out);
+// Rows [first, first + rows) of `out` from `in` (1, 3 or 4 channels, as `out`) by bicubic interpolation: pixel i of these
+// rows is what `in` has at (x[i], y[i]), counted from the centre of its first pixel; beyond its border the border is
+// repeated. VT_MISSING_PROGRAM without OpenCV.
+vt_status vt_resample_rows(vt_context *, const vt_image *in, const float *x, const float *y, int first, int rows,
+                           vt_image *out);
+
+#define VT_MAX_MARKERS 256
+typedef struct vt_marker {
+  int id;
+  double corners[4][2]; // pixels, the first pixel's centre at (0.5, 0.5); clockwise from the marker's own top left
+} vt_marker;
+// The square markers of an ArUco dictionary of 4x4, 5x5, 6x6 or 7x7 cells (cells = 4..7) that a grey picture shows, their
+// corners to a part of a pixel, by number; *count of them. VT_MISSING_PROGRAM without OpenCV's aruco.
+vt_status vt_find_markers(vt_context *, const vt_image *grey, int cells, vt_marker out[VT_MAX_MARKERS], int *count);
 
 #ifdef __cplusplus
 }

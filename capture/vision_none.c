@@ -2,21 +2,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "capture/vision.h"
 
-static vt_status refuse(vt_context *context) {
+vt_status vt_resample_rows(vt_context *context, const vt_image *in, const float *x, const float *y, int first, int rows,
+                           vt_image *out) {
+  (void)in, (void)x, (void)y, (void)first, (void)rows, (void)out;
   return vt_fail(
       context, VT_MISSING_PROGRAM,
       "undistortion: this build has no OpenCV; build voltree with it, or undistort the photographs first (colmap "
       "image_undistorter)");
 }
 
-vt_status vt_distort_points(vt_context *context, const vt_lens *lens, int count, const double *rays_xy,
-                            double *pixels_xy) {
-  (void)lens, (void)count, (void)rays_xy, (void)pixels_xy;
-  return refuse(context);
-}
-
-vt_status vt_resample_picture(vt_context *context, const vt_lens *lens, const vt_image *in, const vt_camera *pinhole,
-                              vt_image *out) {
-  (void)lens, (void)in, (void)pinhole, (void)out;
-  return refuse(context);
+vt_status vt_find_markers(vt_context *context, const vt_image *grey, int cells, vt_marker out[VT_MAX_MARKERS], int *count) {
+  (void)grey, (void)cells, (void)out;
+  *count = 0;
+  return vt_fail(context, VT_MISSING_PROGRAM,
+                 "markers: this build has no OpenCV, which finds them; build voltree with it, or give the scale by "
+                 "--marks or --height");
 }

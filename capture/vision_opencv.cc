@@ -1,78 +1,62 @@
-// vision_opencv.cc - undistortion by OpenCV 4
+// vision_opencv.cc - resampling and square markers by OpenCV 4
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// OpenCV counts pixels from the centre of the first one, we from its corner: half a pixel is taken off every centre.
+// OpenCV counts pixels from the centre of the first one, we from its corner: half a pixel lies between.
 #include "capture/vision.h"
 
-#include <opencv2/calib3d.hpp>
+#include <algorithm>
+#include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace {
 
-cv::Matx33d matrix_of(double fx, double fy, double cx, double cy) {
-  return cv::Matx33d(fx, 0, cx - 0.5, 0, fy, cy - 0.5, 0, 0, 1);
-}
-
-cv::Mat coefficients_of(const vt_lens *lens) {
-  cv::Mat k(1, lens->model == VT_LENS_FISHEYE ? 4 : 8, CV_64F);
-  for (int i = 0; i < k.cols; i++) k.at<double>(0, i) = lens->model == VT_LENS_PINHOLE ? 0 : lens->k[i];
-  return k;
-}
-
 // An exception must not leave this file.
-template <class Work> vt_status guarded(vt_context *context, Work work) {
+template <class Work> vt_status guarded(vt_context *context, const char *what, Work work) {
   try {
     work();
     return VT_OK;
   } catch (const std::bad_alloc &) {
-    return vt_fail(context, VT_OUT_OF_MEMORY, "undistortion: the system has no more memory; use smaller photographs");
+    return vt_fail(context, VT_OUT_OF_MEMORY, "%s: the system has no more memory; use smaller photographs", what);
   } catch (const std::exception &e) {
-    return vt_fail(context, VT_FAILED, "undistortion: OpenCV failed (%s); undistort the photographs first", e.what());
+    return vt_fail(context, VT_FAILED, "%s: OpenCV failed (%s); undistort the photographs first", what, e.what());
   }
 }
 
 } // namespace
 
-vt_status vt_distort_points(vt_context *context, const vt_lens *lens, int count, const double *rays_xy,
-                            double *pixels_xy) {
-  return guarded(context, [&] {
-    const cv::Vec3d none(0, 0, 0);
-    const cv::Matx33d camera = matrix_of(lens->fx, lens->fy, lens->cx, lens->cy);
-    std::vector<cv::Point3d> rays;
-    for (int i = 0; i < count; i++) rays.emplace_back(rays_xy[2 * i], rays_xy[2 * i + 1], 1.0);
-    std::vector<cv::Point2d> pixels;
-    if (lens->model == VT_LENS_FISHEYE)
-      cv::fisheye::projectPoints(rays, pixels, none, none, camera, coefficients_of(lens));
-    else
-      cv::projectPoints(rays, none, none, camera, coefficients_of(lens), pixels);
-    for (int i = 0; i < count; i++) {
-      pixels_xy[2 * i] = pixels[static_cast<size_t>(i)].x + 0.5;
-      pixels_xy[2 * i + 1] = pixels[static_cast<size_t>(i)].y + 0.5;
-    }
+vt_status vt_resample_rows(vt_context *context, const vt_image *in, const float *x, const float *y, int first, int rows,
+                           vt_image *out) {
+  return guarded(context, "undistortion", [&] {
+    const cv::Size size(out->width, rows);
+    const size_t stride = static_cast<size_t>(out->width) * static_cast<size_t>(out->channels);
+    const cv::Mat map_x(size, CV_32FC1, const_cast<float *>(x)), map_y(size, CV_32FC1, const_cast<float *>(y));
+    const cv::Mat source(in->height, in->width, CV_8UC(in->channels), in->pixels);
+    cv::Mat target(size, CV_8UC(out->channels), out->pixels + stride * static_cast<size_t>(first));
+    cv::remap(source, target, map_x, map_y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   });
 }
 
-vt_status vt_resample_picture(vt_context *context, const vt_lens *lens, const vt_image *in, const vt_camera *pinhole,
-                              vt_image *out) {
-  return guarded(context, [&] {
-    const cv::Matx33d from = matrix_of(lens->fx, lens->fy, lens->cx, lens->cy);
-    const cv::Matx33d to = matrix_of(pinhole->fx, pinhole->fy, pinhole->cx, pinhole->cy);
-    const cv::Size size(pinhole->width, pinhole->height);
-    cv::Mat x, y;
-    if (lens->model == VT_LENS_FISHEYE)
-      cv::fisheye::initUndistortRectifyMap(from, coefficients_of(lens), cv::Matx33d::eye(), to, size, CV_32FC1, x, y);
-    else
-      cv::initUndistortRectifyMap(from, coefficients_of(lens), cv::Matx33d::eye(), to, size, CV_32FC1, x, y);
-    const cv::Mat source(in->height, in->width, CV_8UC(in->channels), in->pixels);
-    cv::Mat target(out->height, out->width, CV_8UC(out->channels), out->pixels);
-    cv::remap(source, target, x, y, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-    if (in->channels != 4) return;
-    for (int j = 0; j < size.height; j++)
-      for (int i = 0; i < size.width; i++) {
-        const float u = x.at<float>(j, i), v = y.at<float>(j, i);
-        const bool seen = u > -0.51f && v > -0.51f && u < static_cast<float>(in->width) - 0.49f &&
-                          v < static_cast<float>(in->height) - 0.49f;
-        if (!seen) target.ptr<uint8_t>(j)[4 * i + 3] = 0;
+vt_status vt_find_markers(vt_context *context, const vt_image *grey, int cells, vt_marker out[VT_MAX_MARKERS], int *count) {
+  *count = 0;
+  return guarded(context, "markers", [&] {
+    const int names[] = {cv::aruco::DICT_4X4_1000, cv::aruco::DICT_5X5_1000, cv::aruco::DICT_6X6_1000,
+                         cv::aruco::DICT_7X7_1000};
+    const auto dictionary = cv::aruco::getPredefinedDictionary(names[std::clamp(cells, 4, 7) - 4]);
+    const auto parameters = cv::aruco::DetectorParameters::create();
+    parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
+    parameters->minMarkerPerimeterRate = 0.01; // a sheet of paper beside a tree is small
+    const cv::Mat source(grey->height, grey->width, CV_8UC1, grey->pixels);
+    std::vector<std::vector<cv::Point2f>> corners;
+    std::vector<int> ids;
+    cv::aruco::detectMarkers(source, dictionary, corners, ids, parameters);
+    for (size_t i = 0; i < ids.size() && *count < VT_MAX_MARKERS; i++) {
+      vt_marker &marker = out[(*count)++];
+      marker.id = ids[i];
+      for (size_t c = 0; c < 4; c++) {
+        marker.corners[c][0] = static_cast<double>(corners[i][c].x) + 0.5;
+        marker.corners[c][1] = static_cast<double>(corners[i][c].y) + 0.5;
       }
+    }
+    std::stable_sort(out, out + *count, [](const vt_marker &a, const vt_marker &b) { return a.id < b.id; });
   });
 }

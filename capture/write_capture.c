@@ -4,7 +4,7 @@
 // Who reads what: nerfstudio and instant-ngp want transforms.json with names that have an ending; NeRF, 3D Gaussian
 // splatting and what grew from them want transforms_train.json and transforms_test.json and put ".png" behind the names
 // themselves. So names have no ending there. Both have lens and size in each frame, and camera_angle_x for those who
-// read nothing else. transform_matrix is the inverse of the camera with columns 1 and 2 negated (transforms.c).
+// read nothing else. What is ignored of a view is a picture of its own, ignored/NAME.png, white where nothing is known.
 //
 // An older folder is replaced only if we wrote it and nothing was put into it since: a user's photographs must never go
 // because a folder was named twice on a command line.
@@ -12,9 +12,9 @@
 #include "capture/capture.h"
 #include "base/file.h"
 #include "base/image_file.h"
-#include "base/json.h"
 #include "base/folders.h"
 #include "capture/photos.h"
+#include "capture/write_cameras.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -92,24 +92,6 @@ static char **make_stems(vt_context *context, const vt_views *views) {
 
 // ---- cameras
 
-static void put_matrix(vt_json_writer *json, const vt_camera *camera) {
-  const double *r = camera->rotation.m;
-  vt_vec3 centre = vt_camera_centre(camera);
-  double c[3] = {centre.x, centre.y, centre.z};
-  vt_json_open_array(json, "transform_matrix");
-  for (int i = 0; i < 4; i++) {
-    double row[4] = {i < 3 ? r[i] : 0, i < 3 ? -r[3 + i] : 0, i < 3 ? -r[6 + i] : 0, i < 3 ? c[i] : 1};
-    vt_json_open_array(json, NULL);
-    for (int j = 0; j < 4; j++) vt_json_put_number(json, NULL, row[j] == 0 ? 0 : row[j]);
-    vt_json_close_array(json);
-  }
-  vt_json_close_array(json);
-}
-
-static double angle_x(const vt_camera *camera) {
-  return 2 * atan(0.5 * camera->width / camera->fx);
-}
-
 typedef struct transforms { // of which views a file is, and how it names their pictures
   const vt_views *views;
   char *const *stems;
@@ -117,65 +99,51 @@ typedef struct transforms { // of which views a file is, and how it names their 
   const char *ending;   // of file_path
   const char *pictures; // stands before the picture's path
   const char *masks;    // or NULL; stands before the mask's
+  const char *ignored;  // or NULL; stands before the picture's of what is ignored, of views that have one
 } transforms;
 
-static void put_path(vt_json_writer *json, const char *key, const char *before, const char *stem, const char *ending,
-                     bool *failed) {
-  char *path = vt_concat(json->context, before, stem, ending);
-  if (!path) *failed = true;
-  vt_json_put_string(json, key, path ? path : "");
-  vt_free(json->context, path);
-}
+typedef struct frame_names { char *name, *mask, *ignored; } frame_names; // owned
 
-static void put_frame(vt_json_writer *json, const vt_camera *camera, const transforms *t, int view, bool *failed) {
-  vt_json_open_object(json, NULL);
-  put_path(json, "file_path", t->pictures, t->stems[view], t->ending, failed);
-  if (t->masks) put_path(json, "mask_path", t->masks, t->stems[view] + strlen("images/"), ".png", failed);
-  vt_json_put_integer(json, "w", camera->width);
-  vt_json_put_integer(json, "h", camera->height);
-  vt_json_put_number(json, "fl_x", camera->fx);
-  vt_json_put_number(json, "fl_y", camera->fy);
-  vt_json_put_number(json, "cx", camera->cx);
-  vt_json_put_number(json, "cy", camera->cy);
-  vt_json_put_number(json, "camera_angle_x", angle_x(camera));
-  put_matrix(json, camera);
-  vt_json_close_object(json);
+static bool name_frame(vt_context *context, const transforms *t, int view, frame_names *out) {
+  const char *inner = t->stems[view] + strlen("images/");
+  bool ignored = t->ignored && t->views->items[view].ignored.pixels;
+  out->name = vt_concat(context, t->pictures, t->stems[view], t->ending);
+  if (t->masks) out->mask = vt_concat(context, t->masks, inner, ".png");
+  if (ignored) out->ignored = vt_concat(context, t->ignored, inner, ".png");
+  return out->name && (out->mask || !t->masks) && (out->ignored || !ignored);
 }
 
 static vt_status write_transforms(vt_context *context, const transforms *t, const char *folder, const char *name) {
-  const vt_views *views = t->views;
-  vt_json_writer json = vt_begin_json(context);
-  bool first = true, failed = false;
-  vt_json_open_object(&json, NULL);
-  vt_json_put_string(&json, "generator", "voltree");
-  vt_json_put_string(&json, "camera_model", "PINHOLE");
-  for (int i = 0; i < views->count; i++) {
-    if (t->role >= 0 && views->items[i].role != (vt_role)t->role) continue;
-    if (first) {
-      vt_json_put_number(&json, "camera_angle_x", angle_x(&views->items[i].camera));
-      vt_json_open_array(&json, "frames");
-      first = false;
-    }
-    put_frame(&json, &views->items[i].camera, t, i, &failed);
+  size_t all = (size_t)t->views->count;
+  vt_listed *list = VT_NEW(context, vt_listed, all);
+  frame_names *names = VT_NEW(context, frame_names, all);
+  char *path = vt_join(context, folder, name);
+  vt_status status = list && names && path ? VT_OK : VT_OUT_OF_MEMORY;
+  int count = 0;
+  for (int i = 0; i < t->views->count && !status; i++) {
+    const vt_camera *c = &t->views->items[i].camera;
+    if (t->role >= 0 && t->views->items[i].role != (vt_role)t->role) continue;
+    if (!name_frame(context, t, i, &names[i])) status = VT_OUT_OF_MEMORY;
+    list[count++] = (vt_listed){names[i].name, names[i].mask, names[i].ignored, vt_lens_of_camera(c), c->rotation,
+                                c->translation};
   }
-  if (first) vt_json_open_array(&json, "frames");
-  vt_json_close_array(&json);
-  vt_json_close_object(&json);
-  char *text = NULL;
-  size_t size = 0;
-  vt_status status = vt_end_json(&json, &text, &size);
-  char *path = status || failed ? NULL : vt_join(context, folder, name);
-  if (!status) status = path ? vt_write_file(context, path, text, size) : VT_OUT_OF_MEMORY;
+  if (!status) status = vt_write_transforms(context, list, count, &t->views->world, path);
+  for (size_t i = 0; i < all && names; i++) {
+    vt_free(context, names[i].name);
+    vt_free(context, names[i].mask);
+    vt_free(context, names[i].ignored);
+  }
+  vt_free(context, names);
+  vt_free(context, list);
   vt_free(context, path);
-  vt_free(context, text);
   return status;
 }
 
 // One file, or one for each role where there are views to judge against. NeRF's names have no ending in two files.
 static vt_status write_lists(vt_context *context, const vt_views *views, char *const *stems, const char *folder,
-                             const char *pictures, const char *masks) {
+                             const char *pictures, const char *masks, const char *ignored) {
   int test_count = vt_count_views(views, VT_TEST);
-  transforms t = {views, stems, -1, test_count ? "" : ".png", pictures, masks};
+  transforms t = {views, stems, -1, test_count ? "" : ".png", pictures, masks, ignored};
   if (!test_count) return write_transforms(context, &t, folder, "transforms.json");
   vt_status status = VT_OK;
   t.role = VT_TRAIN;
@@ -188,7 +156,7 @@ vt_status vt_write_cameras(vt_context *context, const vt_views *views, const cha
                            const char *masks) {
   VT_ASSERT(views && views->count > 0 && folder && *folder);
   char **stems = make_stems(context, views);
-  vt_status status = stems ? write_lists(context, views, stems, folder, pictures, masks) : VT_OUT_OF_MEMORY;
+  vt_status status = stems ? write_lists(context, views, stems, folder, pictures, masks, NULL) : VT_OUT_OF_MEMORY;
   free_stems(context, stems, views->count);
   return status;
 }
@@ -203,8 +171,8 @@ typedef struct writing {
   vt_status *status;
 } writing;
 
-static vt_status write_picture(writing *w, size_t i) {
-  char *name = vt_concat(w->context, w->stems[i], ".png", ""),
+static vt_status write_one(writing *w, const char *folder, const char *stem, const vt_image *picture) {
+  char *name = vt_concat(w->context, folder, stem, ".png"),
        *path = name ? vt_join(w->context, w->folder, name) : NULL;
   char *parent = path ? vt_strdup(w->context, path) : NULL;
   vt_status status = parent ? VT_OK : VT_OUT_OF_MEMORY;
@@ -212,11 +180,18 @@ static vt_status write_picture(writing *w, size_t i) {
     *strrchr(parent, '/') = 0;
     status = vt_make_folder(w->context, parent);
   }
-  if (!status) status = vt_write_image(w->context, path, &w->views->items[i].picture);
+  if (!status) status = vt_write_image(w->context, path, picture);
   vt_free(w->context, parent);
   vt_free(w->context, path);
   vt_free(w->context, name);
   return status;
+}
+
+static vt_status write_picture(writing *w, size_t i) {
+  const vt_view *view = &w->views->items[i];
+  vt_status status = write_one(w, "", w->stems[i], &view->picture);
+  return status || !view->ignored.pixels ? status
+                                         : write_one(w, "ignored/", w->stems[i] + strlen("images/"), &view->ignored);
 }
 
 static void write_block(void *user, size_t begin, size_t end, int worker) {
@@ -270,7 +245,7 @@ static vt_status check_target(vt_context *context, const char *folder) {
     size_t length = strlen(name);
     bool list = !strcmp(name, "transforms.json") || !strcmp(name, "transforms_train.json") ||
                 !strcmp(name, "transforms_test.json") || !strcmp(name, "truth.json");
-    bool picture = !strncmp(name, "images/", 7) || !strncmp(name, "mattes/", 7);
+    bool picture = !strncmp(name, "images/", 7) || !strncmp(name, "mattes/", 7) || !strncmp(name, "ignored/", 8);
     listed = listed || list;
     ours = list ? is_ours(context, folder, names.items[i]) : picture && !strcmp(name + length - 4, ".png");
   }
@@ -314,7 +289,7 @@ vt_status vt_write_capture(vt_context *context, const vt_views *views, const cha
   if (!status) status = vt_make_folder_beside(context, target, &made);
   if (!status && !(stems = make_stems(context, views))) status = VT_OUT_OF_MEMORY;
   if (!status) status = write_pictures(context, views, stems, made);
-  if (!status) status = write_lists(context, views, stems, made, "", NULL);
+  if (!status) status = write_lists(context, views, stems, made, "", NULL, "ignored/");
   if (!status) status = swap_in(context, made, target);
   if (status && made) vt_remove_folder(context, made);
   free_stems(context, stems, views->count);

@@ -42,7 +42,7 @@ static void print_option(FILE *file, const vt_option *option) {
 }
 
 void vt_print_help(FILE *file, const vt_verb *verb) {
-  fprintf(file, "Usage: voltree %s %s", verb->name, verb->operands);
+  fprintf(file, "Usage: voltree %s%s%s", verb->name, *verb->operands ? " " : "", verb->operands);
   for (int t = 0; t < VT_MAX_TABLES && verb->tables[t]; t++)
     for (const vt_option *option = verb->tables[t]; option->name; option++)
       if (option->required) fprintf(file, " -%c %s", option->letter, option->value);

@@ -7,7 +7,7 @@
 
 static const vt_verb *const verbs[] = {&vt_verb_synth,    &vt_verb_capture, &vt_verb_reconstruct, &vt_verb_compress,
                                        &vt_verb_evaluate, &vt_verb_render,  &vt_verb_play,        &vt_verb_info,
-                                       &vt_verb_export,   &vt_verb_bench};
+                                       &vt_verb_export,   &vt_verb_bench,   &vt_verb_doctor};
 #define VERB_COUNT ((int)(sizeof verbs / sizeof *verbs))
 
 static const vt_verb *find_verb(const char *name) {

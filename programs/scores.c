@@ -16,6 +16,7 @@
 
 void vt_free_scores(vt_context *context, vt_scores *scores) {
   vt_free(context, scores->of_view);
+  vt_free(context, scores->outlines);
   *scores = (vt_scores){0};
 }
 
@@ -48,6 +49,18 @@ static vt_metrics mean_metrics(const vt_metrics *metrics, int count) {
   return mean;
 }
 
+static void mean_outline(vt_scores *scores) {
+  defined_mean inside = {0}, near = {0}, reach = {0};
+  scores->least_reach = (double)NAN;
+  for (int i = 0; i < scores->count; i++) {
+    const vt_outline *o = &scores->outlines[i];
+    add_defined(&inside, o->psnr_inside), add_defined(&near, o->near), add_defined(&reach, o->reach);
+    scores->least_reach = fmin(scores->least_reach, o->reach); // NAN only where both are
+  }
+  scores->outline =
+      (vt_outline){.psnr_inside = take_mean(&inside), .near = take_mean(&near), .reach = take_mean(&reach)};
+}
+
 // ---- the tree
 
 static vt_status write_pair(vt_session *session, const vt_view *view, const vt_fimage *result,
@@ -68,6 +81,14 @@ static vt_status write_pair(vt_session *session, const vt_view *view, const vt_f
   return status;
 }
 
+// Nothing is judged where the photograph says nothing: there both are empty.
+static void hide_ignored(const vt_view *view, vt_fimage *shown) {
+  if (!view->ignored.pixels) return;
+  size_t channels = (size_t)shown->channels;
+  for (size_t i = 0; i < (size_t)shown->width * (size_t)shown->height; i++)
+    for (size_t c = 0; c < channels && view->ignored.pixels[i]; c++) shown->pixels[channels * i + c] = 0;
+}
+
 static vt_status score_views(vt_session *session, vt_renderer *renderer, const vt_render_desc *desc,
                              const float background[3], const vt_views *judged, const char *pictures, vt_sheet *sheet,
                              vt_scores *out) {
@@ -81,7 +102,9 @@ static vt_status score_views(vt_session *session, vt_renderer *renderer, const v
     double start = vt_seconds();
     status = vt_render(context, renderer, desc, &view->camera, &result, &report);
     out->seconds_per_frame += (vt_seconds() - start) / judged->count;
+    if (!status) hide_ignored(view, &result);
     if (!status) status = vt_measure(context, &result, &view->picture, background, &out->of_view[i]);
+    if (!status) status = vt_measure_outline(context, &result, &view->picture, background, &out->outlines[i]);
     if (!status && pictures)
       status = write_pair(session, view, &result, background, pictures, out->of_view[i].psnr, sheet);
     if (!status && vt_cancelled(context))
@@ -100,7 +123,9 @@ vt_status vt_score_tree(vt_session *session, const vt_tree *tree, const vt_rende
   vt_sheet sheet = {0};
   *out = (vt_scores){.count = judged->count, .level = desc->level};
   out->of_view = VT_NEW(context, vt_metrics, (size_t)judged->count);
-  vt_status status = out->of_view ? vt_create_renderer(context, tree, backend, &renderer) : VT_OUT_OF_MEMORY;
+  out->outlines = VT_NEW(context, vt_outline, (size_t)judged->count);
+  vt_status status =
+      out->of_view && out->outlines ? vt_create_renderer(context, tree, backend, &renderer) : VT_OUT_OF_MEMORY;
   if (!status && pictures) status = vt_begin_sheet(context, 2 * judged->count, 8, 200, 200, background, &sheet);
   if (!status) {
     snprintf(out->renderer, sizeof out->renderer, "%s", vt_renderer_name(renderer));
@@ -111,7 +136,7 @@ vt_status vt_score_tree(vt_session *session, const vt_tree *tree, const vt_rende
     status = path ? vt_write_sheet(context, &sheet, path) : VT_OUT_OF_MEMORY;
     vt_free(context, path);
   }
-  if (!status) out->mean = mean_metrics(out->of_view, out->count);
+  if (!status) out->mean = mean_metrics(out->of_view, out->count), mean_outline(out);
   if (renderer) vt_destroy_renderer(context, renderer);
   vt_free_sheet(context, &sheet);
   if (status) vt_free_scores(context, out);
@@ -165,6 +190,7 @@ vt_status vt_score_predictors(vt_session *session, const vt_views *training, con
     for (int i = 0; i < judged->count && !status; i++) {
       vt_fimage guess = {0};
       status = vt_predict_view(context, (vt_predictor)p, training, &judged->items[i], centre, &hull, &guess);
+      if (!status) hide_ignored(&judged->items[i], &guess);
       if (!status) status = vt_measure(context, &guess, &judged->items[i].picture, background, &metrics[i]);
       vt_free_fimage(context, &guess);
     }
@@ -181,11 +207,12 @@ const char *vt_predictor_name(vt_predictor predictor) {
   return predictor == VT_PREDICT_WHITE ? "white" : predictor == VT_PREDICT_NEAREST ? "nearest_photograph" : "hull";
 }
 
-static void put_column(vt_json_writer *json, const vt_scores *scores, const char *key, size_t offset) {
+static void put_column(vt_json_writer *json, const vt_scores *scores, const char *key, const void *first, size_t size,
+                       size_t offset) {
   vt_json_open_array(json, key);
   for (int i = 0; i < scores->count; i++) {
     double value;
-    memcpy(&value, (const char *)&scores->of_view[i] + offset, sizeof value);
+    memcpy(&value, (const char *)first + (size_t)i * size + offset, sizeof value);
     vt_json_put_number(json, NULL, value);
   }
   vt_json_close_array(json);
@@ -194,6 +221,12 @@ static void put_column(vt_json_writer *json, const vt_scores *scores, const char
 void vt_report_scores(vt_json_writer *json, const vt_scores *scores, const vt_views *judged) {
   vt_json_put_integer(json, "views", scores->count);
   vt_report_metrics(json, &scores->mean);
+  vt_json_open_object(json, "outline");
+  vt_json_put_number(json, "psnr_inside", scores->outline.psnr_inside);
+  vt_json_put_number(json, "near", scores->outline.near);
+  vt_json_put_number(json, "reach", scores->outline.reach);
+  vt_json_put_number(json, "least_reach", scores->least_reach);
+  vt_json_close_object(json);
   vt_json_put_integer(json, "level", scores->level);
   vt_json_put_number(json, "seconds_per_frame", scores->seconds_per_frame);
   vt_json_put_string(json, "renderer", scores->renderer);
@@ -201,12 +234,14 @@ void vt_report_scores(vt_json_writer *json, const vt_scores *scores, const vt_vi
   vt_json_open_array(json, "name");
   for (int i = 0; i < judged->count; i++) vt_json_put_string(json, NULL, judged->items[i].name);
   vt_json_close_array(json);
-  put_column(json, scores, "psnr", offsetof(vt_metrics, psnr));
-  put_column(json, scores, "psnr_foreground", offsetof(vt_metrics, psnr_foreground));
-  put_column(json, scores, "ssim", offsetof(vt_metrics, ssim));
-  put_column(json, scores, "alpha_rmse", offsetof(vt_metrics, alpha_rmse));
-  put_column(json, scores, "delta_e", offsetof(vt_metrics, delta_e));
-  put_column(json, scores, "sharpness", offsetof(vt_metrics, sharpness));
+#define METRIC(member)                                                                                                 \
+  put_column(json, scores, #member, scores->of_view, sizeof(vt_metrics), offsetof(vt_metrics, member))
+  METRIC(psnr), METRIC(psnr_foreground), METRIC(ssim), METRIC(alpha_rmse), METRIC(delta_e), METRIC(sharpness);
+#undef METRIC
+#define OUTLINE(member)                                                                                                \
+  put_column(json, scores, #member, scores->outlines, sizeof(vt_outline), offsetof(vt_outline, member))
+  OUTLINE(psnr_inside), OUTLINE(near), OUTLINE(reach);
+#undef OUTLINE
   vt_json_close_object(json);
 }
 
@@ -232,4 +267,12 @@ void vt_say_metrics_head(vt_session *session) {
 void vt_say_metrics(vt_session *session, const char *name, const vt_metrics *metrics) {
   vt_say(session, "%-28s %8.2f %10.2f %7.4f %10.4f %8.2f %9.3f\n", name, metrics->psnr, metrics->psnr_foreground,
          metrics->ssim, metrics->alpha_rmse, metrics->delta_e, metrics->sharpness);
+}
+
+void vt_say_outline(vt_session *session, const vt_scores *scores) {
+  vt_say(session,
+         "inside the mattes %.2f dB; %.2f %% of the tree within 3 pixels of them; its largest piece is %.1f %% as long "
+         "as theirs, %.1f %% where it is shortest\n",
+         scores->outline.psnr_inside, 100 * scores->outline.near, 100 * scores->outline.reach,
+         100 * scores->least_reach);
 }

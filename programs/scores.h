@@ -4,6 +4,7 @@
 #define VT_PROGRAMS_SCORES_H
 
 #include "base/image_metrics.h"
+#include "base/image_outline.h"
 #include "base/json.h"
 #include "base/views.h"
 #include "programs/session.h"
@@ -11,8 +12,11 @@
 
 typedef struct vt_scores {
   int count;
-  vt_metrics *of_view; // [count]; owned
-  vt_metrics mean;     // what may be NAN over the views where it is not
+  vt_metrics *of_view;  // [count]; owned
+  vt_outline *outlines; // [count]; owned
+  vt_metrics mean;      // what may be NAN over the views where it is not
+  vt_outline outline;   // likewise
+  double least_reach;   // of all views; NAN if none has any tree
   int level;
   double seconds_per_frame;
   char renderer[160];
@@ -39,6 +43,7 @@ void vt_report_predictors(vt_json_writer *,
                           const vt_metrics metrics[VT_PREDICTOR_COUNT]); // "predictors" and their metrics
 void vt_say_metrics(vt_session *, const char *name, const vt_metrics *);
 void vt_say_metrics_head(vt_session *);
+void vt_say_outline(vt_session *, const vt_scores *); // in a sentence
 const char *vt_predictor_name(vt_predictor);
 vt_vec3 vt_tree_centre(const vt_tree *);
 

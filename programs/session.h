@@ -6,6 +6,7 @@
 #include "programs/arguments.h"
 
 #define VT_MAX_STAGES 48
+#define VT_CACHE_BYTES 10000000000u // of the cache, where --cache-size was not given
 
 typedef struct vt_stage_note {
   char name[40];

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "programs/stage_options.h"
 
+#include "base/cache.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -20,8 +22,10 @@ const vt_option vt_common_options[] = {
     {"probe", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "write pictures of inner states (trimaps, hulls, residuals) into this folder"},
     {"cache", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
-     "where calibrations are kept; default: $XDG_CACHE_HOME/voltree or ~/.cache/voltree"},
-    {"no-cache", 0, VT_OPTION_FLAG, "", 0, 0, false, "keep and use no calibrations"},
+     "where cameras, mattes and raw trees are kept for the next run; default: $XDG_CACHE_HOME/voltree or ~/.cache/voltree"},
+    {"cache-size", 0, VT_OPTION_BYTES, "SIZE", 0, 0, false,
+     "most bytes kept there, like 20G; what was used longest ago goes first; default: 10G"},
+    {"no-cache", 0, VT_OPTION_FLAG, "", 0, 0, false, "keep nothing and use nothing that was kept"},
     {0}};
 
 // The words stand in the order of vt_matte_mode.
@@ -31,10 +35,19 @@ const vt_option vt_source_options[] = {
      "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
      "are any, else backdrop"},
     {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
-     "folder of masks, white is tree; default: the usual places beside the photographs"},
+     "folder of masks (or one for all), white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
+    {"ignore", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "folder of masks (or one for all), white where nothing is to be looked at, like a post before the tree"},
     {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
      "reduce photographs to at most N pixels on the longer side"},
+    {"height", 0, VT_OPTION_NUMBER, "METRES", 1e-6, 1e6, false, "the scale of the world: how high the tree is"},
+    {"marks", 0, VT_OPTION_TEXT, "FILE", 0, 0, false,
+     "the scale of the world: a text file of points marked in photographs (PHOTOGRAPH X Y NAME) and distances between them "
+     "(distance NAME NAME METRES)"},
+    {"marker-size", 0, VT_OPTION_NUMBER, "METRES", 1e-6, 1e6, false,
+     "the scale of the world: the side of the ArUco markers in the photographs"},
+    {"marker-cells", 0, VT_OPTION_INTEGER, "N", 4, 7, false, "cells along a side of these markers; default: 4"},
     {"colmap", 0, VT_OPTION_TEXT, "PROGRAM", 0, 0, false, "the COLMAP program that finds cameras; default: colmap"},
     {0}};
 
@@ -67,21 +80,39 @@ const vt_option vt_picture_options[] = {
 
 // ---- photographs
 
-vt_status vt_load_source(vt_session *session, const char *source, vt_views *out, vt_capture_report *report) {
+vt_capture_desc vt_capture_desc_of(const vt_session *session, const char *source) {
   const vt_arguments *arguments = &session->arguments;
   vt_capture_desc desc = vt_default_capture_desc();
   desc.source = source;
   desc.matte = (vt_matte_mode)vt_choice_of(arguments, "matte", (int)desc.matte);
   desc.masks = vt_text_of(arguments, "masks", desc.masks);
   desc.invert_masks = vt_given(arguments, "invert-masks");
+  desc.tree_height = vt_number_of(arguments, "height", desc.tree_height);
+  desc.marks = vt_text_of(arguments, "marks", desc.marks);
+  desc.marker_size = vt_number_of(arguments, "marker-size", desc.marker_size);
+  desc.marker_cells = vt_integer_of(arguments, "marker-cells", desc.marker_cells);
+  desc.ignore = vt_text_of(arguments, "ignore", desc.ignore);
   desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
   desc.colmap = vt_text_of(arguments, "colmap", desc.colmap);
   desc.cache = session->cache;
+  return desc;
+}
+
+void vt_trim_kept(vt_session *session) {
+  uint64_t most = vt_bytes_of(&session->arguments, "cache-size", VT_CACHE_BYTES);
+  if (session->cache) vt_trim_cache(session->context, session->cache, most, NULL);
+}
+
+vt_status vt_load_source(vt_session *session, const char *source, vt_views *out, vt_capture_report *report) {
+  vt_capture_desc desc = vt_capture_desc_of(session, source);
   vt_begin_stage(session);
   vt_status status = vt_load_views(session->context, &desc, out, report);
   vt_end_stage(session, "load");
   if (status) return status;
+  vt_trim_kept(session);
   if (report->seconds_calibration > 0) vt_note_stage(session, "calibration", report->seconds_calibration, 0);
+  double reading = report->seconds_developing - report->seconds_mattes;
+  vt_note_stage(session, "reading", reading > 0 ? reading : 0, 0); // with undistortion
   if (report->seconds_mattes > 0) vt_note_stage(session, "mattes", report->seconds_mattes, 0);
   return VT_OK;
 }
@@ -92,7 +123,33 @@ static const char *matte_name(vt_matte_mode mode) {
 }
 
 static const char *kind_name(vt_source_kind kind) {
-  return kind == VT_SOURCE_TRANSFORMS ? "transforms" : kind == VT_SOURCE_COLMAP ? "colmap" : "photographs";
+  static const char *const names[] = {"transforms", "colmap", "photographs", "bundler", "projections"};
+  return names[kind];
+}
+
+void vt_put_sentences(vt_json_writer *json, const char *key, int count, char *const *sentences) {
+  vt_json_open_array(json, key);
+  for (int i = 0; i < count; i++) vt_json_put_string(json, NULL, sentences[i]);
+  vt_json_close_array(json);
+}
+
+void vt_put_coverage(vt_json_writer *json, const vt_coverage *coverage) {
+  if (!coverage->count) return;
+  vt_json_open_object(json, "coverage");
+  vt_json_put_number(json, "degrees_around", coverage->around);
+  vt_json_put_number(json, "largest_gap_degrees", coverage->largest_gap);
+  vt_json_put_number(json, "lowest_elevation_degrees", coverage->lowest);
+  vt_json_put_number(json, "highest_elevation_degrees", coverage->highest);
+  vt_json_close_object(json);
+}
+
+void vt_say_coverage(vt_session *session, const vt_coverage *c) {
+  if (!c->count) return;
+  if (c->largest_gap < 60)
+    vt_say(session, "  coverage: all around the tree, the largest gap %.0f degrees", c->largest_gap);
+  else
+    vt_say(session, "  coverage: %.0f degrees around the tree", c->around);
+  vt_say(session, "; %.0f to %.0f degrees above its middle\n", c->lowest, c->highest);
 }
 
 void vt_report_source(vt_json_writer *json, const char *source, const vt_views *views,
@@ -103,11 +160,13 @@ void vt_report_source(vt_json_writer *json, const char *source, const vt_views *
   vt_json_put_integer(json, "photographs_found", report->photograph_count);
   vt_json_put_integer(json, "photographs_used", vt_count_views(views, VT_TRAIN));
   vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));
-  vt_json_open_array(json, "photographs_left_out");
-  for (int i = 0; i < report->left_out_count; i++) vt_json_put_string(json, NULL, report->left_out[i]);
-  vt_json_close_array(json);
+  vt_put_sentences(json, "photographs_left_out", report->left_out_count, report->left_out);
   vt_json_put_number(json, "reprojection_error", report->reprojection_error);
   vt_json_put_bool(json, "calibration_from_cache", report->calibration_from_cache);
+  vt_json_put_bool(json, "views_from_cache", report->views_from_cache);
+  vt_put_sentences(json, "calibration_attempts", report->attempt_count, report->attempts);
+  vt_put_sentences(json, "warnings", report->warning_count, report->warnings);
+  vt_put_coverage(json, &report->coverage);
 }
 
 void vt_say_source(vt_session *session, const char *source, const vt_views *views, const vt_capture_report *report) {
@@ -117,7 +176,11 @@ void vt_say_source(vt_session *session, const char *source, const vt_views *view
          matte_name(report->matte));
   if (test) vt_say(session, ", %d kept for judging", test);
   vt_say(session, "\n");
+  vt_say_coverage(session, &report->coverage);
+  if (report->attempt_count > 1)
+    for (int i = 0; i < report->attempt_count; i++) vt_say(session, "  attempt: %s\n", report->attempts[i]);
   for (int i = 0; i < report->left_out_count; i++) vt_say(session, "  left out: %s\n", report->left_out[i]);
+  for (int i = 0; i < report->warning_count; i++) vt_say(session, "  warning: %s\n", report->warnings[i]);
 }
 
 // ---- packing

@@ -14,10 +14,16 @@ extern const vt_option vt_source_options[];   // how photographs are read
 extern const vt_option vt_codebook_options[]; // how textures are packed
 extern const vt_option vt_picture_options[];  // how pictures are drawn
 
+vt_capture_desc vt_capture_desc_of(const vt_session *, const char *source);
+// Keeps the cache within --cache-size.
+void vt_trim_kept(vt_session *);
 // Stage "load": views from a folder, with the flags of vt_source_options.
 vt_status vt_load_source(vt_session *, const char *source, vt_views *out, vt_capture_report *report);
 // Members of the object that is open: source, matte, photographs, left_out, ...
 void vt_report_source(vt_json_writer *, const char *source, const vt_views *, const vt_capture_report *);
+void vt_put_sentences(vt_json_writer *, const char *key, int count, char *const *sentences);
+void vt_put_coverage(vt_json_writer *, const vt_coverage *); // nothing where it is not known
+void vt_say_coverage(vt_session *, const vt_coverage *);
 void vt_say_source(vt_session *, const char *source, const vt_views *, const vt_capture_report *);
 
 vt_compress_desc vt_compress_desc_of(const vt_arguments *);

@@ -340,8 +340,8 @@ static vt_status measure_cluster(work *w, phantom_scene *p, double span, bool pa
   vt_judgement near, around;
   vt_status status = make_cluster(context, p, span, pairs, &views);
   if (!status) status = vt_reconstruct(context, &w->desc, &views, &tree, &report);
-  if (!status) status = vt_judge_tree(context, &tree, &(vt_views){JUDGES, views.items + PLACES}, &near);
-  if (!status) status = vt_judge_tree(context, &tree, &(vt_views){JUDGES, views.items + PLACES + JUDGES}, &around);
+  if (!status) status = vt_judge_tree(context, &tree, &(vt_views){.count = JUDGES, .items = views.items + PLACES}, &near);
+  if (!status) status = vt_judge_tree(context, &tree, &(vt_views){.count = JUDGES, .items = views.items + PLACES + JUDGES}, &around);
   if (!status) {
     const double values[] = {span,
                              near.alpha_flat,

@@ -80,6 +80,7 @@ static void say_scores(vt_session *session, const work *job) {
   vt_say_metrics(session, "mean", &job->scores.mean);
   for (int p = 0; p < VT_PREDICTOR_COUNT && job->predicted; p++)
     vt_say_metrics(session, vt_predictor_name((vt_predictor)p), &job->predictors[p]);
+  vt_say_outline(session, &job->scores);
   if (job->knows_truth) vt_say_truth(session, &job->truth);
 }
 
@@ -179,9 +180,10 @@ const vt_verb vt_verb_evaluate = {
     .notes = "PSNR and SSIM over the background, PSNR where the photograph has any tree, the "
              "error of opacity, colour difference (CIEDE2000) and sharpness (gradient energy over "
              "the photograph's: below 1 is blurred, above 1 noisy) where it has any tree; means over "
-             "the photographs. Beside them what three trivial predictors reach: nothing but "
-             "white, the nearest photograph as "
-             "it is, and the visual hull. CAPTURE is read with the same flags as in "
+             "the photographs. Beside them what three trivial predictors reach: nothing but white, the nearest "
+             "photograph as it is, and the visual hull. Last the PSNR inside the mattes, the share of the tree that "
+             "keeps to within 3 pixels of them, and how long its largest connected piece is beside theirs: fog and "
+             "broken stems show there. CAPTURE is read with the same flags as in "
              "reconstruct. --report DIR gets truth and "
              "result side by side. The finest level is drawn unless --level says another.",
     .example = "voltree evaluate tree.vtree capture --split test --json scores.json",

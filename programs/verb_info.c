@@ -4,6 +4,7 @@
 #include "programs/report.h"
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
+#include "programs/world.h"
 
 #include <string.h>
 
@@ -67,6 +68,7 @@ static void say_tree(vt_session *session, const char *name, const vt_tree *tree,
   if (tree->field_codebook.codeword_count)
     vt_say(session, "  colours of cells and corners: %d\n", tree->field_codebook.codeword_count);
   say_levels(session, &has, tree, file);
+  vt_say_world(session, tree);
   vt_say(session, "  metadata: ");
   bool blank = true;
   for (const char *at = tree->metadata; *at; at++) { // no control sequences from a file to a terminal, no runs of blanks

@@ -4,14 +4,19 @@
 // load -> hold out -> mend (prepare_views.c) -> reconstruct -> compress -> judge -> write. What goes into the file's metadata must not depend on
 // the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
 // only, and held-out photographs are judged by the CPU renderer, the same on every machine.
+#include "programs/keep_tree.h"
 #include "programs/level_sheet.h"
 #include "programs/metadata.h"
+#include "programs/plan.h"
 #include "programs/prepare_views.h"
 #include "programs/report.h"
 #include "programs/scores.h"
 #include "programs/stage_options.h"
 #include "programs/verbs.h"
+#include "programs/world.h"
 #include "reconstruct/reconstruct.h"
+
+#include "base/file.h"
 
 #include <string.h>
 
@@ -28,6 +33,8 @@ static const vt_option options[] = {
     {"holdout", 0, VT_OPTION_INTEGER, "N", 2, 1000, false,
      "leave out every N-th photograph and judge the tree on these"},
     {"raw", 0, VT_OPTION_FLAG, "", 0, 0, false, "leave the textures unpacked"},
+    {"dry-run", 0, VT_OPTION_FLAG, "", 0, 0, false,
+     "print what would be done, what the cache has of it, and about how long it takes; write nothing"},
     {0}};
 
 static const char *const method_names[] = {"2004", "2006", "best"};
@@ -37,7 +44,7 @@ typedef struct work {
   const char *source, *output;
   vt_reconstruct_desc desc;
   vt_compress_desc packing;
-  bool raw;
+  bool raw, kept; // kept: the raw tree came from the cache
   vt_views views, judged; // judged: borrowed from views
   vt_tree tree;           // what is written
   vt_capture_report capture;
@@ -76,17 +83,7 @@ static vt_status load(vt_session *session, work *job) {
   return VT_OK;
 }
 
-static vt_status build(vt_session *session, work *job) {
-  vt_context *context = session->context;
-  const vt_reconstruct_report *report = &job->reconstruction;
-  vt_tree raw = {0};
-  vt_begin_stage(session);
-  // exact mattes carve alone; estimated ones miss a thin twig now and then, so where there are many, two must agree
-  bool estimated = job->capture.matte != VT_MATTE_ALPHA && vt_count_views(&job->views, VT_TRAIN) >= 24;
-  job->desc.hull_votes = estimated ? 2 : 1;
-  vt_status status = vt_reconstruct(context, &job->desc, &job->views, &raw, &job->reconstruction);
-  if (status) goto done;
-  vt_end_stage(session, "reconstruct");
+static void note_stages(vt_session *session, const vt_reconstruct_report *report) {
   vt_note_stage(session, "bounds", report->seconds_bounds, 0);
   vt_note_stage(session, "hull", report->seconds_hull, 0);
   vt_note_stage(session, "rays", report->seconds_rays, 0);
@@ -94,6 +91,39 @@ static vt_status build(vt_session *session, work *job) {
   vt_note_stage(session, "colour", report->seconds_colour, 0);
   vt_note_stage(session, "refinement", report->seconds_refinement, 0);
   vt_note_stage(session, "tiles", report->seconds_tiles, report->peak_bytes_tiles);
+}
+
+// The raw tree, from the cache or made.
+static vt_status make_raw(vt_session *session, work *job, vt_tree *raw) {
+  vt_begin_stage(session);
+  char *entry = vt_kept_tree_path(session, &job->desc, &job->views);
+  vt_status status = vt_take_kept_tree(session, entry, raw, &job->reconstruction, &job->kept);
+  if (!status && !job->kept) {
+    status = vt_reconstruct(session->context, &job->desc, &job->views, raw, &job->reconstruction);
+    if (!status) vt_end_stage(session, "reconstruct");
+    if (!status) note_stages(session, &job->reconstruction);
+    if (!status) vt_keep_raw_tree(session, entry, raw, &job->reconstruction);
+    if (!status) vt_trim_kept(session);
+  } else if (!status) {
+    vt_end_stage(session, "reconstruct");
+    vt_log(session->context, VT_LOG_NORMAL, "reconstruct: the raw tree is kept from before");
+  }
+  vt_free(session->context, entry);
+  return status;
+}
+
+// exact mattes carve alone; estimated ones miss a thin twig now and then, so where there are many, two must agree
+static void choose_votes(work *job) {
+  bool estimated = job->capture.matte != VT_MATTE_ALPHA && vt_count_views(&job->views, VT_TRAIN) >= 24;
+  job->desc.hull_votes = estimated ? 2 : 1;
+}
+
+static vt_status build(vt_session *session, work *job) {
+  vt_context *context = session->context;
+  vt_tree raw = {0};
+  choose_votes(job);
+  vt_status status = make_raw(session, job, &raw);
+  if (status) goto done;
   job->raw_texture_bytes = job->texture_bytes = vt_texture_bytes(&raw);
   if (job->raw) {
     job->tree = raw;
@@ -196,6 +226,7 @@ static vt_status set_metadata(vt_session *session, work *job) {
   put_statistics(&json, job);
   vt_json_close_object(&json);
   vt_report_preparation(&json, &job->views, &job->preparation, false);
+  vt_put_world(&json, &job->tree, &job->views.world);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_names(&json, "views", &job->views, VT_TRAIN);
   vt_json_close_object(&json);
@@ -237,6 +268,7 @@ static void say_summary(vt_session *session, const work *job) {
          job->raw ? "unpacked" : "packed", vt_show_bytes(job->texture_bytes, b),
          vt_show_bytes(job->file.file_bytes, c));
   if (!job->raw) vt_say_compression(session, &job->compression);
+  vt_say_world(session, &job->tree);
   vt_say(session, "  seconds:");
   for (int i = 0; i < session->stage_count; i++)
     vt_say(session, "%s %s %.1f", i ? "," : "", session->stages[i].name, session->stages[i].seconds);
@@ -257,8 +289,10 @@ static vt_status write_report(vt_session *session, work *job) {
   put_names(&json, "views_used", &job->views, VT_TRAIN);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_statistics(&json, job);
+  vt_put_world(&json, &job->tree, &job->views.world);
   vt_json_put_integer(&json, "estimated_bytes", (long long)job->reconstruction.estimated_bytes);
   vt_json_put_integer(&json, "file_bytes", (long long)job->file.file_bytes);
+  vt_json_put_bool(&json, "tree_from_cache", job->kept);
   if (job->scores.count) {
     vt_json_open_object(&json, "holdout_scores");
     vt_report_scores(&json, &job->scores, &job->judged);
@@ -279,6 +313,25 @@ static vt_status write_pictures(vt_session *session, const work *job) {
   return status;
 }
 
+// Views that need only be read are, since the tree's key is made of them; nothing is written.
+static vt_status plan(vt_session *session, work *job) {
+  vt_plan p;
+  vt_status status = vt_plan_source(session, job->source, &p);
+  if (!status && (p.source.views_kept || p.source.views_cheap)) {
+    status = load(session, job);
+    choose_votes(job);
+    char *entry = status ? NULL : vt_kept_tree_path(session, &job->desc, &job->views);
+    p.tree_kept = entry && vt_is_folder(entry);
+    vt_free(session->context, entry);
+  }
+  if (!status) status = vt_guess_tree(session, &job->desc, &p);
+  if (!status) status = vt_show_plan(session, job->source, job->output, &p);
+  vt_free(session->context, job->judged.items);
+  vt_free_capture_report(session->context, &job->capture);
+  vt_free_views(session->context, &job->views);
+  return status;
+}
+
 static vt_status run(vt_session *session) {
   vt_context *context = session->context;
   const vt_arguments *arguments = &session->arguments;
@@ -290,6 +343,7 @@ static vt_status run(vt_session *session) {
                                          (vt_preset)vt_choice_of(arguments, "preset", VT_PRESET_NORMAL));
   job.desc.leaf_level = vt_integer_of(arguments, "levels", 0);
   job.desc.time_budget = vt_number_of(arguments, "time-budget", 0);
+  if (vt_given(arguments, "dry-run")) return plan(session, &job);
   vt_status status = vt_check_output_file(session, job.output);
   if (!status) status = load(session, &job);
   if (!status) status = vt_prepare_views(session, &job.views, &job.preparation);

@@ -81,11 +81,13 @@ static void write_visibility(void *user, size_t begin, size_t end, int worker) {
   }
 }
 
-// Pixels whose rays meet no cell: nothing to thicken.
+// Pixels whose rays meet no cell, or say nothing: nothing to thicken.
 static void fill_without_cells(const agreement_job *job, vt_fimage *log_ratio) {
   const vt_image *picture = &job->views->pictures[job->view];
+  const uint8_t *ignored = job->views->ignored[job->view].pixels;
   for (size_t i = 0; i < (size_t)picture->width * (size_t)picture->height; i++)
-    log_ratio->pixels[i] = log_ratio_of((float)picture->pixels[4 * i + 3] / 255.0f, 0, job->ratio_limit);
+    log_ratio->pixels[i] =
+        ignored && ignored[i] ? 0 : log_ratio_of((float)picture->pixels[4 * i + 3] / 255.0f, 0, job->ratio_limit);
 }
 
 static vt_status find_agreement_of_view(vt_context *context, agreement_job *job, visibility_job *visibility) {

@@ -54,7 +54,7 @@ static double disagreement_of(const float *shown, const vt_image *matte) {
 
 // Of each view, doubtful ones too, in the volumes of those that are not.
 static vt_status measure(vt_refinement *r, const vt_reduced_views *reduced, const uint8_t *doubtful, double *disagreement) {
-  vt_views others = {0, VT_NEW(r->context, vt_view, (size_t)r->views.count)};
+  vt_views others = {.items = VT_NEW(r->context, vt_view, (size_t)r->views.count)};
   vt_status status = others.items ? VT_OK : VT_OUT_OF_MEMORY;
   const vt_soft_volume_desc desc = {LEVEL, 8, r->views.count >= 16 ? 3 : 2};
   for (int k = 0; k < FOLDS && !status; k++) {

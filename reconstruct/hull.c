@@ -21,10 +21,16 @@ typedef struct silhouette_job {
   int threshold;
 } silhouette_job;
 
-static bool pooled_pixel_set(const vt_image *picture, int factor, int threshold, int px, int py) {
+// What is ignored counts as set: it cannot carve.
+static bool pooled_pixel_set(const vt_view *view, int factor, int threshold, int px, int py) {
+  const vt_image *picture = &view->picture;
+  const uint8_t *ignored = view->ignored.pixels;
   for (int y = py * factor; y < (py + 1) * factor && y < picture->height; y++)
     for (int x = px * factor; x < (px + 1) * factor && x < picture->width; x++)
-      if (picture->pixels[4 * ((size_t)y * (size_t)picture->width + (size_t)x) + 3] > threshold) return true;
+    {
+      size_t i = (size_t)y * (size_t)picture->width + (size_t)x;
+      if (picture->pixels[4 * i + 3] > threshold || (ignored && ignored[i])) return true;
+    }
   return false;
 }
 
@@ -38,7 +44,7 @@ static void sum_silhouettes(void *user, size_t begin, size_t end, int worker) {
     for (int y = 0; y < camera->height; y++) {
       uint32_t row = 0;
       for (int x = 0; x < camera->width; x++) {
-        row += pooled_pixel_set(&job->views->items[i].picture, job->out->factor, job->threshold, x, y);
+        row += pooled_pixel_set(&job->views->items[i], job->out->factor, job->threshold, x, y);
         sums[(size_t)(y + 1) * stride + (size_t)x + 1] = sums[(size_t)y * stride + (size_t)x + 1] + row;
       }
     }

@@ -17,9 +17,12 @@ typedef struct reduce_job {
 static void reduce_some(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   reduce_job *job = user;
-  for (size_t i = begin; i < end; i++)
-    job->status[i] = vt_reduce_image(job->context, &job->views->items[i].picture, job->out->factor,
-                                     &job->out->pictures[i]);
+  for (size_t i = begin; i < end; i++) {
+    const vt_view *view = &job->views->items[i];
+    job->status[i] = vt_reduce_image(job->context, &view->picture, job->out->factor, &job->out->pictures[i]);
+    if (!job->status[i] && view->ignored.pixels)
+      job->status[i] = vt_pool_image(job->context, &view->ignored, job->out->factor, &job->out->ignored[i]);
+  }
 }
 
 vt_status vt_reduce_views(vt_context *context, const vt_views *views, int factor, vt_reduced_views *out) {
@@ -27,7 +30,8 @@ vt_status vt_reduce_views(vt_context *context, const vt_views *views, int factor
   *out = (vt_reduced_views){.count = views->count, .factor = factor};
   out->cameras = VT_NEW(context, vt_camera, count);
   out->pictures = VT_NEW(context, vt_image, count);
-  vt_status status = out->cameras && out->pictures ? VT_OK : VT_OUT_OF_MEMORY, *each = NULL;
+  out->ignored = VT_NEW(context, vt_image, count);
+  vt_status status = out->cameras && out->pictures && out->ignored ? VT_OK : VT_OUT_OF_MEMORY, *each = NULL;
   if (status) goto done;
   for (size_t i = 0; i < count; i++) {
     vt_camera camera = views->items[i].camera;
@@ -35,7 +39,9 @@ vt_status vt_reduce_views(vt_context *context, const vt_views *views, int factor
     camera.width = (camera.width + factor - 1) / factor;
     camera.height = (camera.height + factor - 1) / factor;
     out->cameras[i] = camera;
-    if (factor == 1) out->pictures[i] = views->items[i].picture;
+    if (factor > 1) continue;
+    out->pictures[i] = views->items[i].picture;
+    out->ignored[i] = views->items[i].ignored;
   }
   if (factor == 1) goto done;
   each = VT_NEW(context, vt_status, count);
@@ -49,8 +55,11 @@ done:
 }
 
 void vt_free_reduced_views(vt_context *context, vt_reduced_views *views) {
-  if (views->factor > 1 && views->pictures)
-    for (int i = 0; i < views->count; i++) vt_free_image(context, &views->pictures[i]);
+  for (int i = 0; i < views->count && views->factor > 1; i++) {
+    if (views->pictures) vt_free_image(context, &views->pictures[i]);
+    if (views->ignored) vt_free_image(context, &views->ignored[i]);
+  }
+  vt_free(context, views->ignored);
   vt_free(context, views->pictures);
   vt_free(context, views->cameras);
   *views = (vt_reduced_views){0};

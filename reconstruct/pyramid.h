@@ -14,6 +14,7 @@ typedef struct vt_reduced_views {
   int count, factor;
   vt_camera *cameras; // [count]; owned
   vt_image *pictures; // [count] straight RGBA; owned unless factor is 1
+  vt_image *ignored;  // [count] see vt_view: a pixel is, if any of those it stands for is; owned likewise
 } vt_reduced_views;
 
 vt_status vt_reduce_views(vt_context *, const vt_views *, int factor, vt_reduced_views *out);

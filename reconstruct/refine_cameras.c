@@ -79,7 +79,7 @@ vt_status vt_begin_refinement(vt_context *context, const vt_refine_desc *desc, c
   VT_ASSERT(desc->cookie == VT_COOKIE && desc->fold_count >= 1 && desc->fold_count <= VT_MOST_FOLDS && desc->most_pixels >= 100);
   size_t count = (size_t)views->count;
   *r = (vt_refinement){.context = context, .desc = desc};
-  r->views = (vt_views){views->count, VT_NEW(context, vt_view, count)};
+  r->views = (vt_views){.count = views->count, .items = VT_NEW(context, vt_view, count)};
   r->input = VT_NEW(context, vt_camera, count);
   r->pose = vt_alloc(context, count, sizeof *r->pose);
   r->smooth = vt_alloc(context, count, sizeof *r->smooth);
@@ -188,7 +188,7 @@ vt_status vt_renew_volumes(vt_refinement *r, int level, int votes, int fold_coun
   forget_level(r);
   r->fold_count = fold_count;
   vt_soft_volume_desc desc = {level, DENSEST, votes};
-  vt_views others = {0, VT_NEW(r->context, vt_view, (size_t)r->views.count)};
+  vt_views others = {.items = VT_NEW(r->context, vt_view, (size_t)r->views.count)};
   vt_status status = others.items ? sample_all(r, level) : VT_OUT_OF_MEMORY;
   for (int k = 0; k < fold_count && !status; k++) {
     others.count = 0;

@@ -63,11 +63,14 @@ static vt_status walk_row(packet *p, int stride) {
   const vt_pixel_blocks *blocks = &p->rays->blocks[p->view];
   const uint8_t *marked = blocks->marked + (size_t)(p->y / VT_BLOCK_PIXELS) * (size_t)blocks->width;
   int width = p->rays->views->pictures[p->view].width;
+  const uint8_t *ignored = p->rays->views->ignored[p->view].pixels;
+  if (ignored) ignored += (size_t)p->y * (size_t)width;
   for (int x = 0; x < width; x += stride) {
     if (!marked[x / VT_BLOCK_PIXELS]) {
       x = x / VT_BLOCK_PIXELS * VT_BLOCK_PIXELS + VT_BLOCK_PIXELS - stride; // the block's last
       continue;
     }
+    if (ignored && ignored[x]) continue; // what stands there says nothing
     p->x[p->count++] = x;
     vt_status status = p->count == VT_PACKET_RAYS ? walk_packet(p) : VT_OK;
     if (status) return status;

@@ -53,10 +53,11 @@ static void visit(void *user, const vt_swept_ray *ray) {
   job->codes[ray->view][(size_t)ray->y * width + (size_t)ray->x] = code_of((float)ray->pixel[3] / 255.0f, tau, job->ratio_limit);
 }
 
-// Where no cell stands there is nothing to thicken: R = 1, or nothing where the matte is empty.
-static void fill_without_cells(const vt_image *picture, uint8_t *codes) {
+// Where no cell stands there is nothing to thicken: R = 1, or nothing where the matte is empty. Where the photograph says
+// nothing the field stands as it is.
+static void fill_without_cells(const vt_image *picture, const uint8_t *ignored, uint8_t *codes) {
   for (size_t i = 0; i < (size_t)picture->width * (size_t)picture->height; i++)
-    codes[i] = code_of((float)picture->pixels[4 * i + 3] / 255.0f, 0, 1);
+    codes[i] = code_of(ignored && ignored[i] ? 1 : (float)picture->pixels[4 * i + 3] / 255.0f, 0, 1);
 }
 
 static vt_status cut_texture(vt_context *context, const vt_image *picture, const uint8_t *codes, vt_view_texture *out) {
@@ -92,7 +93,7 @@ static vt_status begin_job(texture_job *job, const vt_rays *rays, vt_view_textur
     const vt_image *picture = &rays->views->pictures[v];
     job->codes[v] = VT_NEW(context, uint8_t, (size_t)picture->width * (size_t)picture->height);
     if (!job->codes[v]) return VT_OUT_OF_MEMORY;
-    fill_without_cells(picture, job->codes[v]);
+    fill_without_cells(picture, rays->views->ignored[v].pixels, job->codes[v]);
   }
   return VT_OK;
 }

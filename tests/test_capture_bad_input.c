@@ -97,7 +97,7 @@ static void bad_cameras_in_transforms_name_file_and_frame(void **state) {
                {ONE_FRAME("\"fl_x\": 9, \"w\": 6, \"h\": 8,", IDENTITY), "another shape"},
                {ONE_FRAME("\"fl_x\": 9, \"camera_model\": \"EQUIRECTANGULAR\",", IDENTITY), "EQUIRECTANGULAR"},
                {ONE_FRAME("\"fl_x\": 9, \"camera_model\": 7,", IDENTITY), "camera_model"},
-               {ONE_FRAME("\"fl_x\": 9, \"k4\": 0.1,", IDENTITY), "k4"},
+               {ONE_FRAME("\"fl_x\": 9, \"k4\": \"0.1\",", IDENTITY), "k4"},
                {ONE_FRAME("\"fl_x\": 9,", "[[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]"),
                 "frame 0 (a.pam): transform_matrix is singular"},
                {ONE_FRAME("\"fl_x\": 9,", "[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]"), "singular"},

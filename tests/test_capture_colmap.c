@@ -210,7 +210,9 @@ static void photographs_of_several_sizes_do_not_share_a_camera(void **state) {
   write_photo(&s, "c.png", 6, 8);
   assert_int_equal(play(&s), VT_OK);
   char *calls = calls_of(&s);
-  assert_non_null(strstr(calls, "--ImageReader.single_camera_per_image 1"));
+  assert_non_null(strstr(calls, "photographs-0.txt")); // each group is extracted by itself, with one camera
+  assert_non_null(strstr(calls, "photographs-1.txt --ImageReader.camera_model SIMPLE_RADIAL --ImageReader.single_camera 1"));
+  assert_null(strstr(calls, "photographs-2.txt"));
   vt_free(s.context, calls);
   strike(&s);
 }

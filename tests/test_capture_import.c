@@ -288,7 +288,7 @@ static inline void expect_same_views(const vt_views *a, const vt_views *b) {
 #ifdef VT_WITH_OPENIMAGEIO
 static vt_views make_views(place *p, int count, int test_from) {
   static const char *const names[] = {"images/a.jpg", "b/c.jpg", "b/c.png", "../x/./y.tif", "/root/z.png", "b/c_2.jpg"};
-  vt_views views = {count, VT_NEW(p->context, vt_view, (size_t)count)};
+  vt_views views = {.count = count, .items = VT_NEW(p->context, vt_view, (size_t)count)};
   for (int i = 0; i < count; i++) {
     vt_view *view = &views.items[i];
     view->name = vt_strdup(p->context, names[i % 6]);

@@ -257,7 +257,7 @@ static int count_calls(place *p) {
   if (!vt_is_file(at(p, "tool/calls"))) return 0;
   assert_int_equal(vt_read_file(p->context, at(p, "tool/calls"), &text, &size), VT_OK);
   vt_free(p->context, text);
-  return (int)(size / 4);
+  return (int)(size / 8); // two attempts each time: 3 of 4 photographs are few
 }
 
 static void expect_calibration(place *p, const vt_capture_desc *desc, bool from_cache, int calls) {
@@ -312,7 +312,7 @@ static void the_same_photographs_are_calibrated_once(void **state) {
   close_place(&p);
 }
 
-static void a_failed_calibration_leaves_nothing_in_the_cache(void **state) {
+static void a_calibration_that_breaks_off_leaves_only_its_workspace(void **state) {
   (void)state;
   place p = open_place();
   static const char *const names[] = {"a.png", "b.png", "c.png"};
@@ -329,7 +329,8 @@ static void a_failed_calibration_leaves_nothing_in_the_cache(void **state) {
   assert_int_equal(vt_load_views(p.context, &desc, &v, NULL), VT_FAILED);
   vt_names kept = {0};
   assert_int_equal(vt_list_folder(p.context, cache, false, &kept), VT_OK);
-  assert_int_equal(kept.count, 0);
+  assert_int_equal(kept.count, 1); // the same command may go on in it
+  assert_int_equal(strncmp(kept.items[0], "work-", 5), 0);
   vt_free_names(p.context, &kept);
   close_place(&p);
 }
@@ -345,7 +346,7 @@ int main(void) {
 #endif
 #ifdef VT_WITH_OPENIMAGEIO
       cmocka_unit_test(the_same_photographs_are_calibrated_once),
-      cmocka_unit_test(a_failed_calibration_leaves_nothing_in_the_cache),
+      cmocka_unit_test(a_calibration_that_breaks_off_leaves_only_its_workspace),
 #endif
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

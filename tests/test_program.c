@@ -3,7 +3,8 @@
 #include "tests/program_run.h"
 
 static const char *const verbs[] = {"synth",  "capture", "reconstruct", "compress", "evaluate",
-                                    "render", "info",    "export",      "bench",    "play"};
+                                    "render", "info",    "export",      "bench",    "play",
+                                    "doctor"};
 #define VERB_COUNT (sizeof verbs / sizeof *verbs)
 
 // ---- the command line
@@ -146,7 +147,7 @@ static void reconstruct_reports_stages_levels_and_held_out_scores(void **state) 
   (void)state;
   make_tree();
   outcome *o =
-      run("reconstruct cap -o again.vtree --preset draft --levels 4 --holdout 4 --threads 1 --alpha-codewords 64 "
+      run("reconstruct cap -o again.vtree --no-cache --preset draft --levels 4 --holdout 4 --threads 1 --alpha-codewords 64 "
           "--colour-codewords 64 --json - --report rep");
   assert_code(o, 0);
   assert_true(o->out[0] == '{');

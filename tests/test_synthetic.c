@@ -304,7 +304,7 @@ static void alpha_is_the_covered_area_and_edges_keep_their_colour(void **state) 
   add_quad(ctx, &mesh, vt_v3(0, 0, 0), vt_v3(0.613, 0, 0), vt_v3(0, 0.377, 0));
   assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(1, 0), &lighting), VT_OK);
   vt_view view = {.camera = vt_look_at(vt_v3(0, 0, 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), SIZE, SIZE)};
-  vt_views views = {1, &view};
+  vt_views views = {.count = 1, .items = &view};
   assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, &(vt_wind){0}, SAMPLES, &views), VT_OK);
   const uint8_t *middle = view.picture.pixels + 4 * (12 * SIZE + 12);
   assert_int_equal(middle[3], 255);
@@ -339,7 +339,7 @@ static void alpha_of_a_turned_quad_adds_up_to_its_area(void **state) {
              vt_v3(-b * sin(angle), b * cos(angle), 0));
     assert_int_equal(vt_light_mesh(ctx, &mesh, vt_sun_direction(1, 0), &lighting), VT_OK);
     vt_view view = {.camera = vt_look_at(vt_v3(0, 0, 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), 30, 30)};
-    vt_views views = {1, &view};
+    vt_views views = {.count = 1, .items = &view};
     assert_int_equal(vt_photograph_mesh(ctx, &mesh, &lighting, &(vt_wind){0}, 4, &views), VT_OK);
     double sum = 0;
     for (int i = 0; i < 900; i++) sum += view.picture.pixels[4 * i + 3] / 255.0;

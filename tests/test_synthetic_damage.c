@@ -343,7 +343,7 @@ static void a_lower_jpeg_quality_loses_more(void **state) {
     vt_views views = make_views(context, 2, 160, 112);
     draw_leaves(&views.items[0].picture);
     draw_leaves(&views.items[1].picture);
-    vt_views one = {1, views.items};
+    vt_views one = {.count = 1, .items = views.items};
     damage(context, &d, &one);
     double now = decibels_between(views.items[0].picture.pixels, 4, views.items[1].picture.pixels, 4, 160 * 112);
     assert_true(now > last + 0.5);

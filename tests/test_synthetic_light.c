@@ -14,7 +14,7 @@ static vt_image look_down(vt_context *ctx, const vt_mesh *mesh, vt_vec3 sun, boo
   vt_view view = {.name = "above"};
   view.camera =
       vt_look_at(vt_v3(0, 0, from_below ? -3 : 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 2 * atan(1.0 / 3), SIZE, SIZE);
-  vt_views views = {1, &view};
+  vt_views views = {.count = 1, .items = &view};
   vt_status status = vt_photograph_traced(ctx, mesh, sun, &(vt_wind){0}, 4, &views);
   if (status) printf("%s\n", vt_last_error(ctx));
   assert_int_equal(status, VT_OK);
@@ -280,7 +280,7 @@ static void degenerate_triangles_are_ignored_and_corners_that_are_no_numbers_ref
     float old = *field;
     *field = bad[k % 3];
     vt_view view = {.camera = vt_look_at(vt_v3(0, 0, 3), vt_v3(0, 0, 0), vt_v3(0, 1, 0), 0.6, 8, 8)};
-    vt_views views = {1, &view};
+    vt_views views = {.count = 1, .items = &view};
     assert_int_equal(vt_photograph_traced(ctx, &mesh, vt_v3(0, 0, 1), &(vt_wind){0}, 1, &views), VT_BAD_INPUT);
     assert_non_null(strstr(vt_last_error(ctx), "vertex 2"));
     vt_clear_error(ctx);

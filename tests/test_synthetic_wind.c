@@ -91,7 +91,7 @@ static void every_photograph_in_wind_has_its_own_gust(void **state) {
       }
       assert_true(other > covered / 20);
     }
-    vt_views roles = {windy.count, windy.items};
+    vt_views roles = {.count = windy.count, .items = windy.items};
     assert_true(vt_gust_of(&roles, 0) != vt_gust_of(&roles, 1) && vt_gust_of(&roles, 0) != vt_gust_of(&roles, 3));
     vt_free_views(ctx, &windy);
     vt_free_views(ctx, &still);
@@ -136,7 +136,7 @@ static void the_sky_is_the_same_from_two_cameras(void **state) {
   desc.backdrop = VT_BACKDROP_SKY;
   vt_view items[2] = {{.camera = vt_look_at(vt_v3(4, 0, 0), vt_v3(0, 0, 1), vt_v3(0, 0, 1), 0.9, EDGE, EDGE)},
                       {.camera = vt_look_at(vt_v3(3, 2, 1), vt_v3(-1, 2.8, 2.4), vt_v3(0, 0.2, 1), 0.7, EDGE, EDGE)}};
-  vt_views views = {2, items};
+  vt_views views = {.count = 2, .items = items};
   for (int i = 0; i < 2; i++) assert_int_equal(vt_make_image(ctx, EDGE, EDGE, 4, &items[i].picture), VT_OK);
   assert_int_equal(vt_put_before_backdrop(ctx, &desc, &views), VT_OK);
   int shared = 0, varied = 0;

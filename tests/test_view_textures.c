@@ -26,7 +26,7 @@ static void begin(work *w, int factor, bool all_empty) {
   vt_rng rng = vt_seed_rng(6, 2);
   for (uint32_t i = 0; i < cells->cell_count; i++)
     for (int c = 0; c < 8 && cells->z[i] < 3; c++) cells->corner_values[4 * (size_t)cells->corner_of[8 * i + c]] = 0;
-  w->views = (vt_views){VIEWS, VT_NEW(w->context, vt_view, VIEWS)};
+  w->views = (vt_views){.count = VIEWS, .items = VT_NEW(w->context, vt_view, VIEWS)};
   for (int v = 0; v < VIEWS; v++) {
     vt_view *view = &w->views.items[v];
     view->name = vt_strdup(w->context, "random");

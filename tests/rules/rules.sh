@@ -70,7 +70,7 @@ known_headers=' assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso
  signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h stdnoreturn.h string.h tgmath.h
  threads.h time.h uchar.h wchar.h wctype.h
  dirent.h dlfcn.h fcntl.h fnmatch.h ftw.h getopt.h glob.h libgen.h poll.h pthread.h pwd.h regex.h sched.h semaphore.h
- spawn.h strings.h termios.h unistd.h sys/ioctl.h sys/mman.h sys/resource.h sys/select.h sys/stat.h sys/statvfs.h
+ spawn.h strings.h termios.h unistd.h sys/file.h sys/ioctl.h sys/mman.h sys/resource.h sys/select.h sys/stat.h sys/statvfs.h
  sys/time.h sys/types.h sys/utsname.h sys/wait.h
  immintrin.h x86intrin.h arm_neon.h cpuid.h sanitizer/asan_interface.h '
 known_headers=$(echo "$known_headers" | tr '\n' ' ')
