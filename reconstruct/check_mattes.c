@@ -43,9 +43,10 @@ static double median(double *values, int count) { // sorts them
   return count % 2 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
-static double disagreement_of(const float *shown, const vt_image *matte) {
+static double disagreement_of(const float *shown, const vt_image *matte, const uint8_t *ignored_or_null) {
   double difference = 0, either = 0;
   for (size_t i = 0; i < (size_t)matte->width * (size_t)matte->height; i++) {
+    if (ignored_or_null && ignored_or_null[i]) continue;
     double a = (double)shown[i], b = matte->pixels[4 * i + 3] / 255.0;
     difference += (a - b) * (a - b), either += fmax(a, b);
   }
@@ -67,7 +68,7 @@ static vt_status measure(vt_refinement *r, const vt_reduced_views *reduced, cons
       const vt_image *matte = &reduced->pictures[i];
       float *shown = VT_NEW(r->context, float, (size_t)matte->width * (size_t)matte->height);
       status = shown ? vt_draw_soft_volume(r->context, &volume, &reduced->cameras[i], shown) : VT_OUT_OF_MEMORY;
-      if (!status) disagreement[i] = disagreement_of(shown, matte);
+      if (!status) disagreement[i] = disagreement_of(shown, matte, reduced->ignored[i].pixels);
       vt_free(r->context, shown);
     }
     vt_free_soft_volume(r->context, &volume);

@@ -23,19 +23,23 @@
 
 static float alpha_of(const vt_image *p, size_t i) { return (float)p->pixels[4 * i + 3] / 255.0f; }
 
-static bool is_edge(const vt_image *picture, int x, int y) {
+typedef enum pixel_kind { PLAIN, EDGE, IGNORED } pixel_kind;
+
+static pixel_kind kind_of(const vt_image *picture, const vt_image *ignored, int x, int y) {
   int width = picture->width, height = picture->height;
   float low = 1, high = 0;
   for (int b = y > 0 ? y - 1 : 0; b <= y + 1 && b < height; b++)
     for (int a = x > 0 ? x - 1 : 0; a <= x + 1 && a < width; a++) {
-      float alpha = alpha_of(picture, (size_t)b * (size_t)width + (size_t)a);
+      size_t i = (size_t)b * (size_t)width + (size_t)a;
+      float alpha = alpha_of(picture, i);
+      if (ignored->pixels && ignored->pixels[i]) return IGNORED;
       low = fminf(low, alpha), high = fmaxf(high, alpha);
     }
-  return high - low >= LEAST_CONTRAST;
+  return high - low >= LEAST_CONTRAST ? EDGE : PLAIN;
 }
 
-// Picks pixels row by row; edge: which are edges.
-static vt_status pick_pixels(vt_context *context, const vt_image *picture, const uint8_t *edge, size_t edges, int most,
+// Picks pixels row by row; kind: a pixel_kind each.
+static vt_status pick_pixels(vt_context *context, const vt_image *picture, const uint8_t *kind, size_t edges, int most,
                              uint64_t seed, vt_silhouette *out) {
   size_t width = (size_t)picture->width, all = width * (size_t)picture->height;
   double others = (double)(all - edges), wanted = fmin((double)edges, (1 - OTHERS_SHARE) * most);
@@ -46,20 +50,23 @@ static vt_status pick_pixels(vt_context *context, const vt_image *picture, const
   if (!out->pixels) return VT_OUT_OF_MEMORY;
   vt_rng rng = vt_seed_rng(seed, 11);
   for (size_t i = 0; i < all; i++)
-    if (vt_random_unit(&rng) < (edge[i] ? edge_share : other_share) && (size_t)out->count < room)
+    if (vt_random_unit(&rng) < (kind[i] == EDGE ? edge_share : other_share) && kind[i] != IGNORED && (size_t)out->count < room)
       out->pixels[out->count++] = (vt_silhouette_pixel){(uint16_t)(i % width), (uint16_t)(i / width), alpha_of(picture, i)};
   return VT_OK;
 }
 
-vt_status vt_sample_silhouette(vt_context *context, const vt_image *picture, const vt_camera *camera, int most, uint64_t seed,
-                               vt_silhouette *out) {
+vt_status vt_sample_silhouette(vt_context *context, const vt_image *picture, const vt_image *ignored, const vt_camera *camera,
+                               int most, uint64_t seed, vt_silhouette *out) {
   size_t edges = 0, width = (size_t)picture->width, all = width * (size_t)picture->height;
   *out = (vt_silhouette){.camera = *camera};
-  uint8_t *edge = VT_NEW(context, uint8_t, all);
-  if (!edge) return VT_OUT_OF_MEMORY;
-  for (size_t i = 0; i < all; i++) edges += edge[i] = is_edge(picture, (int)(i % width), (int)(i / width));
-  vt_status status = pick_pixels(context, picture, edge, edges, most, seed, out);
-  vt_free(context, edge);
+  uint8_t *kind = VT_NEW(context, uint8_t, all);
+  if (!kind) return VT_OUT_OF_MEMORY;
+  for (size_t i = 0; i < all; i++) {
+    kind[i] = (uint8_t)kind_of(picture, ignored, (int)(i % width), (int)(i / width));
+    edges += kind[i] == EDGE;
+  }
+  vt_status status = pick_pixels(context, picture, kind, edges, most, seed, out);
+  vt_free(context, kind);
   return status;
 }
 

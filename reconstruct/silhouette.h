@@ -22,9 +22,10 @@ typedef struct vt_silhouette {
   vt_silhouette_pixel *pixels; // owned
 } vt_silhouette;
 
-// At most so many pixels, chosen by the seed. A matte without edges has none. VT_OUT_OF_MEMORY.
-vt_status vt_sample_silhouette(vt_context *, const vt_image *straight_rgba, const vt_camera *, int most, uint64_t seed,
-                               vt_silhouette *out);
+// At most so many pixels, chosen by the seed, none of them beside what is ignored (vt_view). A matte without edges has none.
+// VT_OUT_OF_MEMORY.
+vt_status vt_sample_silhouette(vt_context *, const vt_image *straight_rgba, const vt_image *ignored, const vt_camera *, int most,
+                               uint64_t seed, vt_silhouette *out);
 void vt_free_silhouette(vt_context *, vt_silhouette *);
 
 // What a matte shows on average where the volume has some alpha: at alpha = k / VT_RESPONSE_STEPS, linear between.
