@@ -43,17 +43,17 @@ vt_status vt_prepare_views(vt_session *session, vt_views *views, vt_preparation 
   vt_begin_stage(session);
   vt_status status = vt_choice_of(arguments, "check-mattes", 0) ? VT_OK : vt_check_mattes(context, views, &out->mattes);
   if (status) return status;
-  vt_end_stage(session, "mattes");
+  vt_end_stage(session, "matte check");
   if (out->mattes.disagreement) say_mattes(session, views, &out->mattes);
   vt_begin_stage(session);
   status = vt_refine_views(context, &refine, views, &out->cameras);
   if (status) return status;
-  vt_end_stage(session, "cameras");
+  vt_end_stage(session, "refining cameras");
   say_cameras(session, &out->cameras);
   vt_begin_stage(session);
   status = vt_choice_of(arguments, "balance", 0) ? VT_OK : vt_balance_views(context, views, &out->colours);
   if (status) return status;
-  vt_end_stage(session, "colours");
+  vt_end_stage(session, "balance");
   if (out->colours.changed)
     vt_say(session, "  colours: exposure and white balance jump by %.0f %% from photograph to photograph and were balanced\n",
            100 * out->colours.deviation);

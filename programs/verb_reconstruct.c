@@ -1,8 +1,8 @@
 // verb_reconstruct.c - voltree reconstruct: from raw photographs to a .vtree
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// load -> hold out -> mend (prepare_views.c) -> reconstruct -> compress -> judge -> write. What goes into the file's metadata must not depend on
-// the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
+// load -> hold out -> mend (prepare_views.c) -> reconstruct -> compress -> judge -> write. What goes into the file's metadata
+// must not depend on the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
 // only, and held-out photographs are judged by the CPU renderer, the same on every machine.
 #include "programs/keep_tree.h"
 #include "programs/level_sheet.h"
@@ -376,5 +376,6 @@ const vt_verb vt_verb_reconstruct = {.name = "reconstruct",
                                               "to 60 all around the tree are good.",
                                      .example = "voltree reconstruct photos/ -o tree.vtree --preset draft --holdout 8",
                                      .operand_count = 1,
-                                     .tables = {options, vt_preparation_options, vt_source_options, vt_codebook_options, vt_common_options},
+                                     .tables = {options, vt_preparation_options, vt_source_options, vt_codebook_options,
+                                                vt_common_options},
                                      .run = run};

@@ -8,9 +8,8 @@
 //
 // is the gain that is missing, and the light: the side in the sun is brighter than the mean of both, from all cameras there
 // alike. Exposure jumps from photograph to photograph, light changes smoothly with direction. So what a constant and three
-// directions (a ridge: light of LIGHT_DEVIATION is expected) say of e is left in the photographs and the rest g is taken for
-// the gain; its mean over the views is 0. Nothing is done unless the luminance's g, after a quadric in direction is taken away too, deviates by
-// more than LEAST_DEVIATION: photographs of one exposure stay as they are, byte for byte.
+// directions (a ridge: light of LIGHT_DEVIATION is expected) (from 20 views on: and a quadric) say of e is left in the photographs and the rest g is taken for the gain; its
+// mean over the views is 0. Nothing is done unless what no quadric explains at all deviates by more than LEAST_DEVIATION: photographs of one exposure stay as they are, byte for byte.
 //
 // What was clipped stays clipped. A second pass, with a volume of the balanced photographs, takes what the first one's mean hid.
 

@@ -10,8 +10,8 @@
 // How large it is depends on the tree; that of one view is judged among those of all. Logarithms, their median, and 1.4826 times
 // the median distance from it for a deviation that bad views cannot move [Hampel 1974]: a view SUSPICIOUS deviations above the
 // median, and at least twice it, is doubtful. What the worst views do to the volumes hides the next: so they are taken out, the
-// volumes are made anew, and it is asked again. A matte that is shifted or belongs to another photograph, or a camera that is far off, looks
-// the same from here; it would harm the tree as much.
+// volumes are made anew, and it is asked again. A matte that is shifted or belongs to another photograph, or a camera that is
+// far off, looks the same from here; it would harm the tree as much.
 
 #include "reconstruct/refine_cameras.h"
 

@@ -20,8 +20,8 @@
 // degrees, always so that the picture stays where it is). So what is recovered is where the tree falls in the photograph, from
 // 1.9 pixels to 0.25 (pine, 400 pixels); a turn with the step that undoes it stays (0.16 to 0.09 degrees). Tried and
 // dropped: blurring cells of a tomography instead of fitting corners (cells as blobs stand outside the mattes, focal lengths
-// shrink by 6 % a round); volumes that leave a view's fold out, for solving (a hull of others is always a little larger: 0.4 pixels of bias
-// where one volume of all views has 0.3, at four times the cost). For judging they are right: refine_views.c.
+// shrink by 6 % a round); volumes that leave a view's fold out, for solving (a hull of others is always a little larger: 0.4
+// pixels of bias where one volume of all views has 0.3, at four times the cost). For judging they are right: refine_views.c.
 //
 // Place, turn and size of everything together are nobody's: after each round the cameras are laid back onto those that came
 // (align_cameras.c). Lens distortion is not refined: views are pinholes, and a bent picture would have to be resampled.
@@ -56,7 +56,8 @@ static void find_lenses(vt_refinement *r) {
     int other = 0;
     for (; other < i; other++) {
       const vt_camera *a = &r->input[i], *b = &r->input[other];
-      if (a->width == b->width && a->height == b->height && fabs(a->fx - b->fx) <= 1e-6 * a->fx && fabs(a->fy - b->fy) <= 1e-6 * a->fy)
+      if (a->width == b->width && a->height == b->height && fabs(a->fx - b->fx) <= 1e-6 * a->fx &&
+          fabs(a->fy - b->fy) <= 1e-6 * a->fy)
         break;
     }
     r->lens[i] = other < i ? r->lens[other] : r->lens_count++;

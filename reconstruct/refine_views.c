@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A look first: one coarse volume of all views, and one solution of all poses in it. Cameras that are exact lower the mattes'
-// error by 0.3 (pine) to 1.5 % (maple) then, for noise is always fitted a little, and cameras that are one to two pixels off by 3 to 9; below
-// NEEDED nothing more is done. That costs about what the coarse levels of a draft cost.
+// error by 0.3 (pine) to 1.5 % (maple) then, for noise is always fitted a little, and cameras that are one to two pixels off by
+// 3 to 9 %; below NEEDED nothing more is done. That costs about what the coarse levels of a draft cost.
 //
 // Judged by views that a volume has not seen: the views are dealt to folds, each fold's poses are fitted to the volume of the
 // others, and the error of its mattes there is taken; once with volumes from the cameras that came, once from the refined ones.

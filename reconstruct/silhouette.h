@@ -41,11 +41,13 @@ void vt_finish_response(vt_response *);
 // ln of a factor of the volume's depths, smooth over the picture: a polynomial 1, x, y, x^2, xy, y^2 of the distance from the
 // picture's middle, in halves of its longer side.
 #define VT_SMOOTH_TERMS 6
-#define VT_SILHOUETTE_COLUMNS (7 + VT_SMOOTH_TERMS) // rotation, displacement (vt_adjust_camera), log of the focal length; the factor
-// error[pixel] = response to the alpha of the volume from `camera` - the matte's; by_motion_or_null[pixel][7]: its derivatives, at a camera that is
-// nearly the silhouette's own. distance: world, the unit of displacements.
+// rotation, displacement (vt_adjust_camera), log of the focal length; the factor
+#define VT_SILHOUETTE_COLUMNS (7 + VT_SMOOTH_TERMS)
+// error[pixel] = response to the alpha of the volume from `camera` - the matte's; by_motion_or_null[pixel]: its derivatives, at
+// a camera that is nearly the silhouette's own. distance: world, the unit of displacements.
 vt_status vt_compare_silhouette(vt_context *, const vt_silhouette *, const vt_soft_volume *, const vt_response *,
-                                const double smooth[VT_SMOOTH_TERMS], const vt_camera *camera, double distance, float *error, float (*by_motion_or_null)[VT_SILHOUETTE_COLUMNS]);
+                                const double smooth[VT_SMOOTH_TERMS], const vt_camera *camera, double distance, float *error,
+                                float (*by_motion_or_null)[VT_SILHOUETTE_COLUMNS]);
 
 #ifdef __cplusplus
 }
