@@ -6,7 +6,7 @@
 //
 // A capture is a folder with cameras and mattes; a name that vt_find_scene knows is photographed. Views of role VT_TEST
 // judge (every eighth, held out, if there are none). Printed: wall and processor seconds from mattes to the finest level, and means over
-// the test views: PSNR over white, SSIM, PSNR of the foreground, alpha RMSE; the same for the photographs' own cameras.
+// the test views: PSNR over white, SSIM, PSNR of the foreground, alpha RMSE, mean alpha; the same for the photographs' own cameras.
 
 #include "capture/capture.h"
 #include "datasets-synthetic/synthetic.h"
@@ -83,6 +83,7 @@ static vt_status judge(vt_context *context, const vt_tree *tree, const vt_views 
                        const arguments *a, const char *label) {
   static const float white[3] = {1, 1, 1};
   vt_metrics sum = {0}, m;
+  double mass = 0;
   int count = 0, stride = role == VT_TRAIN ? 6 : 1;
   vt_status status = VT_OK;
   for (int i = 0; i < views->count && !status; i++) {
@@ -93,6 +94,8 @@ static vt_status judge(vt_context *context, const vt_tree *tree, const vt_views 
     status = vt_composite(context, tree, level, &weights, VT_BLEND_GEOMETRIC, false, &view->camera, &picture);
     if (!status) status = vt_measure(context, &picture, &view->picture, white, &m);
     if (!status && a->pictures && role == VT_TEST) status = write_picture(context, a->pictures, view, &picture);
+    for (int p = 0; p < picture.width * picture.height && !status; p++)
+      mass += picture.pixels[4 * p + 3] / ((double)picture.width * picture.height);
     vt_free_fimage(context, &picture);
     if (status) break;
     sum.psnr += m.psnr, sum.ssim += m.ssim, sum.psnr_foreground += m.psnr_foreground, sum.alpha_rmse += m.alpha_rmse;
@@ -100,8 +103,8 @@ static vt_status judge(vt_context *context, const vt_tree *tree, const vt_views 
     count++;
   }
   if (count && !status)
-    printf("%-16s level %d: PSNR %6.2f  SSIM %.4f  foreground %6.2f  alpha RMSE %.4f  sharpness %.2f\n", label, level,
-           sum.psnr / count, sum.ssim / count, sum.psnr_foreground / count, sum.alpha_rmse / count, sum.sharpness / count);
+    printf("%-16s level %d: PSNR %6.2f  SSIM %.4f  foreground %6.2f  alpha RMSE %.4f  sharpness %.2f  mean alpha %.4f\n", label, level,
+           sum.psnr / count, sum.ssim / count, sum.psnr_foreground / count, sum.alpha_rmse / count, sum.sharpness / count, mass / count);
   fflush(stdout);
   return status;
 }

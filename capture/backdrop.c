@@ -1,4 +1,4 @@
-// backdrop.c - alpha of a plant before a plain backdrop or a sky
+// backdrop.c - alpha of a plant before a plain backdrop
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // 1. backdrop_model.c says how far, in standard deviations, each pixel is from the backdrop around it.
@@ -22,6 +22,7 @@
 // before black cloth; sharp-edged things that do not belong to the backdrop stay, and are left to the hull of all
 // views.
 #include "capture/backdrop_model.h"
+#include "capture/components.h"
 #include "capture/matte.h"
 #include "capture/spread.h"
 #include <math.h>
@@ -31,13 +32,14 @@
 #define SURE 7.0f     // from which a pixel is plant
 #define STEPS 4.0f    // of the distance, per standard deviation, in a byte
 #define FEW 1e-5      // share of the picture below which a spot is a speck
+#define WEAK 0.4      // of the plant's mean distance: a part that stands out less is a fold or a cable
 enum {
   REACH = 3, // pixels over which an edge may be blurred
   LEAST = 7, // half levels of contrast below which a pixel may be a halo of blurred chroma
   PEAK = 85  // per cent of the highest contrast near it above which a pixel of a thin twig is its middle
 };
 
-enum { BACKDROP = 0, MAYBE = 1, PLANT = 2, INSIDE = 3, CORE = 4 }; // from MAYBE to INSIDE: colour line; CORE: certain
+enum { BACKDROP = VT_PART_NONE, MAYBE = VT_PART_DOUBTFUL, PLANT = VT_PART_SURE, INSIDE = 3, CORE = 4 }; // from MAYBE to INSIDE: colour line; CORE: certain
 
 typedef struct matte {
   const vt_image *rgb;
@@ -47,7 +49,6 @@ typedef struct matte {
   uint8_t *trimap;
   uint8_t *contrast;
   uint8_t *mask, *scratch;
-  uint32_t *stack; // of pixels, for components
 } matte;
 
 static void measure(const vt_backdrop *backdrop, matte *m) {
@@ -58,55 +59,10 @@ static void measure(const vt_backdrop *backdrop, matte *m) {
     }
 }
 
-// Keeps the components of pixels beyond DOUBTFUL that hold enough pixels beyond SURE: PLANT and MAYBE in the trimap.
-static void keep_components(matte *m) {
-  const uint8_t doubtful = (uint8_t)(DOUBTFUL * STEPS), sure = (uint8_t)(SURE * STEPS);
-  size_t few = (size_t)(FEW * (double)m->count) + 2;
-  for (size_t seed = 0; seed < m->count; seed++) {
-    if (m->distance[seed] < sure || m->trimap[seed] != BACKDROP || m->mask[seed]) continue;
-    size_t size = 0, strong = 0;
-    m->mask[seed] = 1;
-    m->stack[size++] = (uint32_t)seed;
-    for (size_t next = 0; next < size; next++) { // the stack keeps the whole component
-      int x = (int)(m->stack[next] % (uint32_t)m->width), y = (int)(m->stack[next] / (uint32_t)m->width);
-      strong += m->distance[m->stack[next]] >= sure;
-      for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < m->height; j++)
-        for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < m->width; i++) {
-          size_t p = (size_t)j * (size_t)m->width + (size_t)i;
-          if (m->mask[p] || m->distance[p] < doubtful) continue;
-          m->mask[p] = 1;
-          m->stack[size++] = (uint32_t)p;
-        }
-    }
-    if (strong < few) continue;
-    for (size_t i = 0; i < size; i++) m->trimap[m->stack[i]] = m->distance[m->stack[i]] >= sure ? PLANT : MAYBE;
-  }
-}
-
-// mask = 1 where any pixel within `radius` (a square) is 1; in place through scratch.
-static void dilate(matte *m, int radius) {
-  for (int pass = 0; pass < 2; pass++) {
-    const uint8_t *from = pass ? m->scratch : m->mask;
-    uint8_t *to = pass ? m->mask : m->scratch;
-    int length = pass ? m->height : m->width, lines = pass ? m->width : m->height;
-    size_t step = pass ? (size_t)m->width : 1, next_line = pass ? 1 : (size_t)m->width;
-    for (int line = 0; line < lines; line++) {
-      const uint8_t *f = from + (size_t)line * next_line;
-      uint8_t *t = to + (size_t)line * next_line;
-      int left = 0; // pixels still to set behind the last 1
-      for (int i = -radius; i < length; i++) {
-        if (i + radius < length && f[(size_t)(i + radius) * step]) left = 2 * radius + 1;
-        if (i >= 0) t[(size_t)i * step] = left > 0;
-        left -= left > 0;
-      }
-    }
-  }
-}
-
 // What is kept and deeper than `depth` pixels becomes `class`.
 static void mark_inside(matte *m, int depth, uint8_t class) {
   for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] == BACKDROP;
-  dilate(m, depth);
+  vt_dilate(m->width, m->height, depth, m->mask, m->scratch);
   for (size_t i = 0; i < m->count; i++)
     if (m->trimap[i] != BACKDROP && !m->mask[i]) m->trimap[i] = class;
 }
@@ -116,7 +72,7 @@ static void make_trimap(matte *m) {
   mark_inside(m, REACH + 1, INSIDE);
   mark_inside(m, 2 * REACH, CORE);
   for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] != BACKDROP;
-  dilate(m, 2);
+  vt_dilate(m->width, m->height, 2, m->mask, m->scratch);
   for (size_t i = 0; i < m->count; i++)
     if (m->trimap[i] == BACKDROP && m->mask[i]) m->trimap[i] = MAYBE;
 }
@@ -125,7 +81,7 @@ static void make_trimap(matte *m) {
 static vt_status spread_backdrop(vt_context *context, matte *m, vt_image *out) {
   size_t known = 0;
   for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] != BACKDROP;
-  dilate(m, 1);
+  vt_dilate(m->width, m->height, 1, m->mask, m->scratch);
   for (size_t i = 0; i < m->count; i++) known += m->mask[i] = !m->mask[i];
   if (!known)
     for (size_t i = 0; i < m->count; i++) m->mask[i] = m->trimap[i] == BACKDROP;
@@ -281,7 +237,7 @@ static void show_trimap(vt_context *context, const matte *m, const char *name) {
   vt_free_fimage(context, &image);
 }
 
-static vt_status make_matte(vt_context *context, const vt_matte_mode mode, const vt_image *rgb, matte *m) {
+static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) {
   m->rgb = rgb;
   m->width = rgb->width;
   m->height = rgb->height;
@@ -291,16 +247,15 @@ static vt_status make_matte(vt_context *context, const vt_matte_mode mode, const
   m->contrast = VT_NEW(context, uint8_t, m->count);
   m->mask = VT_NEW(context, uint8_t, m->count);
   m->scratch = VT_NEW(context, uint8_t, m->count);
-  m->stack = VT_NEW(context, uint32_t, m->count);
-  if (!m->distance || !m->trimap || !m->contrast || !m->mask || !m->scratch || !m->stack) return VT_OUT_OF_MEMORY;
+  if (!m->distance || !m->trimap || !m->contrast || !m->mask || !m->scratch) return VT_OUT_OF_MEMORY;
   vt_backdrop backdrop;
-  vt_status status = vt_model_backdrop(context, mode, rgb, &backdrop);
+  vt_status status = vt_model_backdrop(context, rgb, &backdrop);
   if (status != VT_OK) return status;
   measure(&backdrop, m);
   vt_free_backdrop(context, &backdrop);
-  keep_components(m);
-  vt_free(context, m->stack);
-  m->stack = NULL;
+  status = vt_find_parts(context, m->width, m->height, m->distance, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
+                         (size_t)(FEW * (double)m->count) + 2, WEAK, m->trimap);
+  if (status != VT_OK) return status;
   make_trimap(m);
   return VT_OK;
 }
@@ -311,17 +266,26 @@ static void free_matte(vt_context *context, matte *m) {
   vt_free(context, m->contrast);
   vt_free(context, m->mask);
   vt_free(context, m->scratch);
-  vt_free(context, m->stack);
+  *m = (matte){0};
 }
 
-vt_status vt_matte_backdrop(vt_context *context, vt_matte_mode mode, const vt_image *rgb, const char *name,
-                            vt_image *out_rgba) {
+vt_status vt_cut_backdrop(vt_context *context, const vt_image *rgb, vt_image *out) {
+  matte m = {0};
+  vt_status status = make_matte(context, rgb, &m);
+  if (status == VT_OK) status = vt_make_image(context, rgb->width, rgb->height, 1, out);
+  for (size_t i = 0; status == VT_OK && i < m.count; i++)
+    out->pixels[i] = m.trimap[i] == BACKDROP ? 0 : m.trimap[i] == CORE ? 255 : 128;
+  free_matte(context, &m);
+  return status;
+}
+
+vt_status vt_matte_backdrop(vt_context *context, const vt_image *rgb, const char *name, vt_image *out_rgba) {
   VT_ASSERT(rgb->channels == 3 && rgb->width > 0 && rgb->height > 0);
   VT_ASSERT((uint64_t)rgb->width * (uint64_t)rgb->height < UINT32_MAX);
   memset(out_rgba, 0, sizeof *out_rgba);
   matte m = {0};
   vt_image b = {0}, f = {0};
-  vt_status status = make_matte(context, mode, rgb, &m);
+  vt_status status = make_matte(context, rgb, &m);
   if (status != VT_OK) goto done;
   if (vt_wants_probes(context)) show_trimap(context, &m, name);
   status = spread_backdrop(context, &m, &b);
@@ -335,6 +299,9 @@ vt_status vt_matte_backdrop(vt_context *context, vt_matte_mode mode, const vt_im
     memcpy(out_rgba->pixels + i * 4, rgb->pixels + i * 3, 3);
     out_rgba->pixels[i * 4 + 3] = m.distance[i];
   }
+  free_matte(context, &m); // the next step needs as much
+  vt_free_image(context, &b);
+  vt_free_image(context, &f);
   status = vt_estimate_foreground(context, out_rgba);
 done:
   free_matte(context, &m);

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Two steps. A first surface B(x,y), a quadratic polynomial per channel, is fitted by iteratively reweighted least
-// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture, or for a
-// sky the bright pixels of the upper half. Then the picture is cut into tiles, and each tile holds the mean and
+// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture. Then the picture is cut into tiles, and each tile holds the mean and
 // covariance of those of its pixels that resemble its own or a neighbour's model. Repeated, that lets the backdrop
 // follow folds, seams and soft glows from tile to tile, while it cannot step over the sharp edge of a plant. The
 // covariance says by itself which way a backdrop varies: cloth in lightness, hardly in chroma; so a plant as dark as
@@ -22,6 +21,7 @@ enum { TERMS = 6, ROUNDS = 12, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared
 #define CORE 0.7        // share of a tile's backdrop that its model is drawn from
 #define CORE_SCALE 1.7f // variance of a 3-D normal distribution over that of its likest 70 %
 #define ENOUGH 0.3f     // share of a tile's pixels from which a model is drawn
+#define PLAIN 36.0f     // levels by which folds and lamps move a plain backdrop off a smooth surface
 #define MOSTLY 0.5f     // share from which a tile joins its neighbours' backdrop
 
 typedef struct sample {
@@ -74,10 +74,6 @@ static float quantile(float *values, size_t count, double share) {
   return values[(size_t)(share * (double)(count - 1))];
 }
 
-static float luma(const float colour[3]) {
-  return 0.299f * colour[0] + 0.587f * colour[1] + 0.114f * colour[2];
-}
-
 // True if the row (or column) `at` is one colour but for a few pixels, that of its first pixel.
 static bool is_bar(const vt_image *rgb, bool row, int at, const uint8_t colour[3], int *other_count) {
   int length = row ? rgb->width : rgb->height, other = 0;
@@ -117,20 +113,16 @@ static void find_frame(const vt_image *rgb, vt_backdrop *out) {
 }
 
 // The pixels of a grid of about 20,000 points, with their places; marks those believed to be backdrop.
-static vt_status take_samples(vt_context *context, vt_matte_mode mode, const vt_image *rgb, const vt_backdrop *frame,
-                              sample **out, size_t *count) {
+static vt_status take_samples(vt_context *context, const vt_image *rgb, const vt_backdrop *frame, sample **out,
+                              size_t *count) {
   int width = frame->x1 - frame->x0, height = frame->y1 - frame->y0;
   int step = (int)sqrt((double)width * height / 20000.0);
   if (step < 1) step = 1;
   size_t columns = (size_t)((width + step - 1) / step), rows = (size_t)((height + step - 1) / step);
   sample *samples = VT_NEW(context, sample, columns * rows);
-  float *lumas = VT_NEW(context, float, columns *rows);
   *out = samples;
   *count = columns * rows;
-  if (!samples || !lumas) {
-    vt_free(context, lumas);
-    return VT_OUT_OF_MEMORY;
-  }
+  if (!samples) return VT_OUT_OF_MEMORY;
   for (size_t i = 0; i < columns * rows; i++) {
     int x = frame->x0 + (int)(i % columns) * step, y = frame->y0 + (int)(i / columns) * step;
     const uint8_t *pixel = rgb->pixels + ((size_t)y * (size_t)rgb->width + (size_t)x) * 3;
@@ -140,14 +132,8 @@ static vt_status take_samples(vt_context *context, vt_matte_mode mode, const vt_
     place_of(frame, (float)x + 0.5f, (float)y + 0.5f, &u, &v);
     fill_basis(s->basis, u, v);
     // the lower edge is where a plant is cut by the frame
-    s->seed = mode == VT_MATTE_SKY ? v < 0.2f : fabsf(u) > 0.85f || v < -0.85f;
-    lumas[i] = luma(s->colour);
+    s->seed = fabsf(u) > 0.85f || v < -0.85f;
   }
-  if (mode == VT_MATTE_SKY) {
-    float bright = 0.75f * quantile(lumas, columns * rows, 0.95);
-    for (size_t i = 0; i < columns * rows; i++) samples[i].seed = samples[i].seed && luma(samples[i].colour) >= bright;
-  }
-  vt_free(context, lumas);
   return VT_OK;
 }
 
@@ -374,7 +360,32 @@ static variation measure_variation(const sample *samples, size_t count, const do
   return whole;
 }
 
-vt_status vt_model_backdrop(vt_context *context, vt_matte_mode mode, const vt_image *rgb, vt_backdrop *out) {
+vt_status vt_measure_plainness(vt_context *context, const vt_image *rgb, double *share) {
+  vt_backdrop frame = {0};
+  sample *samples = NULL;
+  size_t count = 0, seeds = 0, near = 0;
+  find_frame(rgb, &frame);
+  vt_status status = take_samples(context, rgb, &frame, &samples, &count);
+  float *scratch = VT_NEW(context, float, count);
+  if (status == VT_OK && !scratch) status = VT_OUT_OF_MEMORY;
+  if (status == VT_OK) {
+    double coefficients[TERMS][3];
+    fit_surface(samples, count, scratch, coefficients);
+    for (size_t i = 0; i < count; i++) {
+      float b[3], d2 = 0;
+      if (!samples[i].seed) continue;
+      evaluate(coefficients, samples[i].basis, b);
+      for (int c = 0; c < 3; c++) d2 += (samples[i].colour[c] - b[c]) * (samples[i].colour[c] - b[c]);
+      seeds++, near += d2 < PLAIN * PLAIN;
+    }
+    *share = seeds ? (double)near / (double)seeds : 0;
+  }
+  vt_free(context, samples);
+  vt_free(context, scratch);
+  return status;
+}
+
+vt_status vt_model_backdrop(vt_context *context, const vt_image *rgb, vt_backdrop *out) {
   memset(out, 0, sizeof *out);
   int longer = rgb->width > rgb->height ? rgb->width : rgb->height;
   out->tile = longer / 90 > 8 ? longer / 90 : 8;
@@ -383,7 +394,7 @@ vt_status vt_model_backdrop(vt_context *context, vt_matte_mode mode, const vt_im
   find_frame(rgb, out);
   size_t tiles = (size_t)out->columns * (size_t)out->rows, sample_count = 0;
   sample *samples = NULL;
-  vt_status status = take_samples(context, mode, rgb, out, &samples, &sample_count);
+  vt_status status = take_samples(context, rgb, out, &samples, &sample_count);
   float *scratch = VT_NEW(context, float, sample_count);
   vt_backdrop_tile *next = VT_NEW(context, vt_backdrop_tile, tiles);
   out->tiles = VT_NEW(context, vt_backdrop_tile, tiles);

@@ -4,7 +4,6 @@
 #define VT_CAPTURE_BACKDROP_MODEL_H
 
 #include "base/image.h"
-#include "capture/capture.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -23,9 +22,11 @@ typedef struct vt_backdrop {
   vt_backdrop_tile *tiles; // [rows][columns]; owned
 } vt_backdrop;
 
-// Finds the backdrop of an RGB picture by itself: dark or light cloth or paper, or a sky (VT_MATTE_SKY).
-vt_status vt_model_backdrop(vt_context *, vt_matte_mode, const vt_image *rgb, vt_backdrop *out);
+// Finds the backdrop of an RGB picture by itself: dark or light cloth or paper.
+vt_status vt_model_backdrop(vt_context *, const vt_image *rgb, vt_backdrop *out);
 void vt_free_backdrop(vt_context *, vt_backdrop *);
+// The share of the left, right and upper border that one smooth surface explains: near 1 before a plain backdrop.
+vt_status vt_measure_plainness(vt_context *, const vt_image *rgb, double *share);
 // Mahalanobis distance, in standard deviations, of a pixel's colour from the likest of the nine tiles around it;
 // 0..VT_FAR. x, y inside x0..x1-1, y0..y1-1.
 #define VT_FAR 60.0f

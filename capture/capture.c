@@ -147,7 +147,7 @@ static bool has_image(const vt_colmap_model *model, const char *name) {
 
 // Every image of the model becomes a photograph; pictures that the model does not have are named in the report, with the reason
 // in `explanations` (or NULL).
-static vt_status take_model(vt_context *context, const vt_colmap_model *model, const char *folder, const vt_names *names,
+static vt_status take_model(vt_context *context, vt_colmap_model *model, const char *folder, const vt_names *names,
                             const char *explanations, vt_photos *photos, vt_capture_report *report) {
   vt_status status = VT_OK;
   for (int i = 0; i < model->count && !status; i++) {
@@ -171,6 +171,8 @@ static vt_status take_model(vt_context *context, const vt_colmap_model *model, c
     vt_free(context, why);
   }
   report->reprojection_error = model->reprojection_error;
+  photos->landmarks = model->landmarks; // the photographs stand in the model's order
+  model->landmarks = (vt_landmarks){0};
   return status;
 }
 

@@ -10,11 +10,12 @@ extern "C" {
 #endif
 
 typedef enum vt_matte_mode {
-  VT_MATTE_AUTO,     // alpha if the pictures have it, else masks if there are any, else backdrop
+  VT_MATTE_AUTO,     // alpha if the pictures have it, else masks if there are any, else what most photographs show
   VT_MATTE_ALPHA,    // the pictures' alpha channel
   VT_MATTE_MASKS,    // mask files: mask_path, masks/a.jpg.png, masks/a.png, a.mask.png, a_mask.png
   VT_MATTE_BACKDROP, // plain backdrop, dark or light
-  VT_MATTE_SKY,      // sky behind: the backdrop is a smooth bright gradient
+  VT_MATTE_SKY,      // sky behind, with clouds or without; ground below
+  VT_MATTE_CLUTTER,  // anything behind and beside: what stands where the cameras look, and strokes that a user drew
   VT_MATTE_NONE      // everything is tree (alpha 1)
 } vt_matte_mode;
 
@@ -24,6 +25,7 @@ typedef struct vt_capture_desc {
   vt_matte_mode matte;     //
   const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
+  const char *scribbles;   // folder of strokes on some photographs: green or white tree, red or black not; NULL: none
   const char *ignore;      // folder of masks, white = not to be looked at (a post before the tree); or one for all; or NULL
   const char *marks;       // text file of points marked in photographs and distances between them (marks.c), or NULL
   double marker_size;      // metres along a side of the square ArUco markers in the photographs; 0: there are none
@@ -56,6 +58,7 @@ typedef enum vt_source_kind {
 typedef struct vt_capture_report {
   vt_source_kind kind;
   vt_matte_mode matte;           // the mode that was used
+  char matte_evidence[256];      // why, where it was recognised; else ""
   int photograph_count;          // found
   int left_out_count;            // not registered, or without what they need
   char **left_out;               // [left_out_count] "name: why"; owned

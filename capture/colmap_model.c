@@ -530,6 +530,16 @@ static int compare_names(const void *a, const void *b) {
   return strcmp(((const vt_colmap_image *)a)->name, ((const vt_colmap_image *)b)->name);
 }
 
+// The points once more, with who sees them: only now the images have their places.
+static vt_status read_landmarks(reader *r, vt_colmap_model *model) {
+  const char **names = VT_NEW(r->context, const char *, (size_t)model->count);
+  if (!names) return VT_OUT_OF_MEMORY;
+  for (int i = 0; i < model->count; i++) names[i] = model->items[i].name;
+  vt_status status = vt_read_landmarks(r->context, r->folder, r->binary, names, model->count, &model->landmarks);
+  vt_free(r->context, names);
+  return status;
+}
+
 vt_status vt_read_colmap_model(vt_context *context, const char *folder, vt_colmap_model *out) {
   *out = (vt_colmap_model){.reprojection_error = NAN};
   reader r = {.context = context, .binary = has_model(context, folder, true), .folder = folder};
@@ -549,6 +559,7 @@ vt_status vt_read_colmap_model(vt_context *context, const char *folder, vt_colma
     if (!strcmp(out->items[i - 1].name, out->items[i].name))
       status = vt_fail(context, VT_BAD_INPUT, "%s: the image %s is there twice; calibrate again", folder,
                        out->items[i].name);
+  if (!status) status = read_landmarks(&r, out);
   if (status) vt_free_colmap_model(context, out);
   return status;
 }
@@ -556,5 +567,6 @@ vt_status vt_read_colmap_model(vt_context *context, const char *folder, vt_colma
 void vt_free_colmap_model(vt_context *context, vt_colmap_model *model) {
   for (int i = 0; i < model->count; i++) vt_free(context, model->items[i].name);
   vt_free(context, model->items);
+  vt_free_landmarks(context, &model->landmarks);
   *model = (vt_colmap_model){.reprojection_error = NAN};
 }

@@ -4,6 +4,7 @@
 #define VT_CAPTURE_COLMAP_MODEL_H
 
 #include "base/camera.h"
+#include "capture/landmarks.h"
 #include "capture/lens.h"
 
 #ifdef __cplusplus
@@ -21,6 +22,7 @@ typedef struct vt_colmap_model {
   int count;
   vt_colmap_image *items;    // owned, sorted by name
   double reprojection_error; // pixels, mean over observations; NAN where the model has no points
+  vt_landmarks landmarks;    // seen_by: places in items
 } vt_colmap_model;
 
 // True if `folder` holds cameras and images, as .bin or as .txt.

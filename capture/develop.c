@@ -15,8 +15,10 @@
 #include "capture/develop.h"
 #include "base/file.h"
 #include "base/image_file.h"
+#include "capture/clutter.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
+#include "capture/situation.h"
 
 #include <string.h>
 
@@ -69,12 +71,29 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
   return status;
 }
 
+// By what most photographs show. Clutter is told from the tree by where it stands, which not all captures say.
+static vt_status recognise(vt_context *context, const vt_photos *photos, vt_matte_mode *mode, vt_capture_report *report) {
+  vt_situation situation = VT_SITUATION_CLUTTER;
+  vt_status status = vt_recognise_situation(context, photos, &situation, report->matte_evidence);
+  if (status) return status;
+  vt_log(context, VT_LOG_NORMAL, "mattes: %s", report->matte_evidence);
+  *mode = situation == VT_SITUATION_SKY       ? VT_MATTE_SKY
+          : situation == VT_SITUATION_CLUTTER ? VT_MATTE_CLUTTER
+                                              : VT_MATTE_BACKDROP;
+  if (*mode == VT_MATTE_CLUTTER)
+    vt_log(context, VT_LOG_NORMAL,
+           "mattes: look at them; where too much or too little is taken for the tree, draw a few strokes on three photographs "
+           "(--scribble)");
+  return VT_OK;
+}
+
 vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, const char *root, vt_photos *photos,
                            vt_capture_report *report) {
-  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "none: everything is tree"};
+  static const char *const names[] = {"auto", "alpha channel", "masks", "backdrop", "sky", "clutter", "none: everything is tree"};
   vt_matte_mode mode = desc->matte;
   bool by_user = desc->masks != NULL;
   vt_status status = VT_OK;
+  if (mode == VT_MATTE_AUTO && desc->scribbles) mode = VT_MATTE_CLUTTER; // who draws wants it to be used
   if (mode == VT_MATTE_AUTO && !by_user) {
     bool alpha = false;
     status = find_alpha(context, photos, &alpha);
@@ -88,8 +107,9 @@ vt_status vt_choose_mattes(vt_context *context, const vt_capture_desc *desc, con
                      "%s: no mask fits a photograph; name them as the photographs, as in masks/%s.png, white where the "
                      "tree is",
                      by_user ? desc->masks : root, photos->count ? vt_base_name(photos->items[0].name) : "a.jpg");
-    mode = found ? VT_MATTE_MASKS : VT_MATTE_BACKDROP;
+    mode = found ? VT_MATTE_MASKS : mode;
   }
+  if (!status && mode == VT_MATTE_AUTO) status = recognise(context, photos, &mode, report);
   if (status) return status;
   report->matte = mode;
   vt_log(context, VT_LOG_NORMAL, "mattes: %s", names[mode]);
@@ -108,6 +128,8 @@ typedef struct work {
   vt_matte_mode mode;
   vt_photo *photos; // of this batch
   vt_view *views;
+  const vt_clutter *clutter; // of all photographs
+  int first;                 // place of this batch among them
   double border_share[MAX_BATCH], seconds[MAX_BATCH]; // seconds: of the matte
   vt_status status[MAX_BATCH];
 } work;
@@ -144,8 +166,16 @@ static vt_status read_photo(work *w, int i) {
 static vt_status matte_photo(work *w, int i) {
   vt_image *picture = &w->views[i].picture, matted = {0};
   if (w->mode == VT_MATTE_MASKS) return vt_estimate_foreground(w->context, picture);
-  if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY) return VT_OK;
-  vt_status status = vt_matte_backdrop(w->context, w->mode, picture, w->photos[i].name, &matted);
+  if (w->mode != VT_MATTE_BACKDROP && w->mode != VT_MATTE_SKY && w->mode != VT_MATTE_CLUTTER) return VT_OK;
+  const char *name = w->photos[i].name;
+  bool sky = w->mode == VT_MATTE_SKY, clutter = w->mode == VT_MATTE_CLUTTER;
+  int upright = clutter || w->photos[i].orientation > 1 ? 1 : w->photos[i].upright; // a sky comes from above
+  vt_status status = vt_turn_upright(w->context, upright, false, picture);
+  if (!status)
+    status = clutter ? vt_matte_clutter(w->context, w->clutter, w->first + i, picture, &matted)
+             : sky   ? vt_matte_sky(w->context, picture, name, &matted)
+                     : vt_matte_backdrop(w->context, picture, name, &matted);
+  if (!status) status = vt_turn_upright(w->context, upright, true, &matted);
   if (status) {
     vt_free_image(w->context, &matted);
     return status;
@@ -296,14 +326,18 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
                             vt_capture_report *report, vt_views *out) {
   int batch = choose_batch(context, photos), inverted = 0;
   int busy = batch < vt_thread_count(context) ? batch : vt_thread_count(context);
+  vt_clutter clutter = {0};
   vt_status status = check_room(context, desc, photos);
   if (status) return status;
   out->items = VT_NEW(context, vt_view, (size_t)photos->count);
   if (!out->items) return VT_OUT_OF_MEMORY;
   out->count = photos->count;
+  double start = vt_seconds();
+  if (report->matte == VT_MATTE_CLUTTER) status = vt_separate_clutter(context, photos, desc->scribbles, &clutter);
+  report->seconds_mattes += vt_seconds() - start;
   for (int first = 0; first < photos->count && !status; first += batch) {
     int count = photos->count - first < batch ? photos->count - first : batch;
-    work w = {context, desc, report->matte, photos->items + first, out->items + first, {0}, {0}, {0}};
+    work w = {context, desc, report->matte, photos->items + first, out->items + first, &clutter, first, {0}, {0}, {0}};
     status = vt_parallel(context, (size_t)count, 1, develop_block, &w);
     if (!status) status = develop_again(&w, count);
     for (int i = 0; i < count; i++) {
@@ -320,6 +354,7 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
     out->items[i].name = photos->items[i].name;
     photos->items[i].name = NULL;
   }
+  vt_free_clutter(context, &clutter);
   if (status) vt_free_views(context, out);
   return status;
 }

@@ -1,8 +1,8 @@
 // keep_views.c - developed views taken from the cache, or made and kept there
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Key: the bytes of each photograph and of its mask, its lens, pose and role, the options, and the program that makes the
-// mattes. What comes out of the cache must be the bits that went in, or a second run would give another tree: so cameras are
+// Key: the bytes of each photograph and of its mask, its lens, pose and role, the options, landmarks and strokes where the
+// mattes are made of them, and the program that makes the mattes. What comes out of the cache must be the bits that went in, or a second run would give another tree: so cameras are
 // kept as they stand in memory, not as text of another convention, and pictures as plain pixels (packed by zstd where there
 // is one). The folder is for this machine and this program alone; `voltree capture` writes one for others.
 // Views that need only be read (an alpha channel, no distortion) are not kept: that would be a second copy.
@@ -18,7 +18,8 @@
 #include <stdio.h>
 #include <string.h>
 
-// A view is its head and its pixels, behind them the map of what is ignored, if there is one. A member that is added to vt_view must be added to the head, too.
+// A view is its head and its pixels, behind them the map of what is ignored, if there is one. A member that is added to vt_view
+// must be added to the head, too.
 typedef struct head {
   char magic[8];
   uint64_t pixels_hash, packed_size; // packed_size 0: the pixels stand as they are
@@ -76,6 +77,27 @@ static uint64_t hash_options(const vt_capture_desc *desc, const vt_capture_repor
   return vt_hash(options, sizeof options, vt_program_hash());
 }
 
+// What mattes out of clutter are made of besides: landmarks and strokes.
+static vt_status hash_clutter(vt_context *context, const vt_capture_desc *desc, const vt_photos *photos, uint64_t *hash) {
+  const vt_landmarks *l = &photos->landmarks;
+  for (size_t i = 0; i < l->count; i++) {
+    const vt_landmark *m = &l->items[i];
+    double numbers[] = {m->position.x, m->position.y, m->position.z, (double)m->error, m->first, m->count};
+    *hash = vt_hash(numbers, sizeof numbers, *hash);
+  }
+  *hash = vt_hash(l->seen_by, l->seen_count * sizeof *l->seen_by, *hash);
+  vt_names names = {0};
+  vt_status status = desc->scribbles ? vt_list_folder(context, desc->scribbles, false, &names) : VT_OK;
+  for (int i = 0; i < names.count && !status; i++) {
+    char *path = vt_join(context, desc->scribbles, names.items[i]);
+    *hash = vt_hash(names.items[i], strlen(names.items[i]) + 1, *hash);
+    status = path ? hash_file(context, path, hash) : VT_OUT_OF_MEMORY;
+    vt_free(context, path);
+  }
+  vt_free_names(context, &names);
+  return status;
+}
+
 static vt_status make_key(vt_context *context, const vt_capture_desc *desc, const vt_photos *photos,
                           const vt_capture_report *report, uint64_t *key) {
   size_t count = (size_t)photos->count;
@@ -87,6 +109,7 @@ static vt_status make_key(vt_context *context, const vt_capture_desc *desc, cons
     status = hash_photo(&h, i);
   }
   if (!status) *key = vt_hash(h.hashes, count * sizeof *h.hashes, hash_options(desc, report));
+  if (!status && report->matte == VT_MATTE_CLUTTER) status = hash_clutter(context, desc, photos, key);
   vt_free(context, h.hashes);
   vt_free(context, h.status);
   return status;

@@ -52,6 +52,7 @@ void vt_free_photo(vt_context *context, vt_photo *photo) {
 void vt_free_photos(vt_context *context, vt_photos *photos) {
   for (int i = 0; i < photos->count; i++) vt_free_photo(context, &photos->items[i]);
   vt_free(context, photos->items);
+  vt_free_landmarks(context, &photos->landmarks);
   *photos = (vt_photos){0};
 }
 

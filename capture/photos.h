@@ -5,6 +5,7 @@
 
 #include "base/views.h"
 #include "capture/capture.h"
+#include "capture/landmarks.h"
 #include "capture/lens.h"
 
 #ifdef __cplusplus
@@ -27,6 +28,7 @@ typedef struct vt_photo {
 typedef struct vt_photos {
   int count, capacity;
   vt_photo *items; // owned
+  vt_landmarks landmarks; // seen_by: places in items; none where the source has none
   vt_world world;  // as far as the source says it
 } vt_photos;
 

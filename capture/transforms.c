@@ -223,6 +223,8 @@ static bool is_listed(const vt_json *names, const char *name) {
 static vt_status read_path(vt_context *context, const frame_source *s, const char *key, const char *folder, char **out) {
   const vt_json *value = vt_json_member(s->frame, key);
   const char *text = vt_json_string(value, NULL);
+  if (!text && (vt_json_is_number(value) || vt_json_count(value)))
+    return vt_fail(context, VT_BAD_INPUT, "%s: %s is no text; write the mask's name there, or take it out", s->where, key);
   if (!text) return VT_OK; // null, as some exporters write it
   char *clean = clean_path(context, text);
   *out = clean ? vt_join(context, folder, clean) : NULL;

@@ -8,7 +8,8 @@
 // the object turns and the backdrop does not: hanging folds, the lamp's falling off, and a weave that fades where it
 // would be finer than pixels.
 //
-// Backdrops are laid behind straight alpha on encoded values, as photographs are composited everywhere else here.
+// Where the object covers a part of a pixel the two are mixed in linear light, as a camera does: I = alpha F + (1 - alpha) B
+// before the sRGB curve. (Pictures with alpha are composited on encoded values everywhere else here.)
 
 #include "base/rng.h"
 #include "datasets-synthetic/encode.h"
@@ -124,8 +125,19 @@ static backdrop make_backdrop(const vt_synthetic_desc *desc) {
 typedef struct backdrop_job {
   vt_context *context;
   backdrop backdrop;
+  vt_encode_table encode;
   vt_views *views;
 } backdrop_job;
+
+static double linear_of(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+static uint8_t mix(const vt_encode_table *encode, double alpha, double object, double behind) { // both encoded, 0..1
+  if (!(alpha > 0)) return vt_byte_of(behind);
+  double light = alpha * linear_of(object) + (1 - alpha) * linear_of(behind);
+  return vt_byte_of((double)vt_encode(encode, (float)light));
+}
 
 static void fill_views(void *user, size_t begin, size_t end, int worker) {
   backdrop_job *job = user;
@@ -143,7 +155,7 @@ static void fill_views(void *user, size_t begin, size_t end, int worker) {
         else
           look_at_cloth(&job->backdrop, (x + 0.5) / p->height, (y + 0.5) / p->height, p->height, rgb);
         for (int c = 0; c < 3; c++)
-          pixel[c] = vt_byte_of(alpha * pixel[c] / 255.0 + (1 - alpha) * fmin(fmax(rgb[c], 0), 1));
+          pixel[c] = mix(&job->encode, alpha, pixel[c] / 255.0, fmin(fmax(rgb[c], 0), 1));
         pixel[3] = 255;
       }
   }
@@ -154,6 +166,7 @@ vt_status vt_put_before_backdrop(vt_context *ctx, const vt_synthetic_desc *desc,
   if (desc->backdrop == VT_BACKDROP_NONE) return VT_OK;
   for (int i = 0; i < views->count; i++) VT_ASSERT(views->items[i].picture.channels == 4);
   backdrop_job job = {.context = ctx, .backdrop = make_backdrop(desc), .views = views};
+  vt_make_encode_table(&job.encode);
   vt_status status = vt_parallel(ctx, (size_t)views->count, 1, fill_views, &job);
   vt_progress(ctx, "backdrop", 1);
   return status;

@@ -7,6 +7,7 @@
 // an eye in a camera's direction see that photograph alone, the second takes a view's weight to (all but) zero where
 // another takes its place, so nothing pops. b is above 1 only so that k + 1 equal angles still have weights; at 1.05,
 // which is sometimes used, a view enters with 5 % at once, and with much more where all angles are similar.
+// A view whose texture on the finest level that has some is empty is passed over: others say what it would (redundant.c).
 // Angles come from atan2, for acos has no digits near 0. Equal angles go to the smaller index.
 
 #include "octree/octree.h"
@@ -16,14 +17,25 @@
 
 static double angle_between(vt_vec3 a, vt_vec3 b) { return atan2(vt_length(vt_cross(a, b)), vt_dot(a, b)); }
 
+// Of the finest level that has some; NULL where all are empty, and none is to be passed over.
+static const vt_view_textures *finest_textures(const vt_tree *tree) {
+  int level = VT_MAX_LEVEL;
+  while (level > 0 && !tree->view_textures[level].view_count) level--;
+  const vt_view_textures *textures = &tree->view_textures[level];
+  for (int v = 0; v < textures->view_count; v++)
+    if (textures->views[v].columns) return textures;
+  return NULL;
+}
+
 // The `wanted` smallest angles, ascending, with their views but one; returns how many there are.
 static int find_closest(const vt_tree *tree, vt_vec3 eye, int wanted, int left_out, int *view, double *angle) {
   double half = 0.5 * tree->octree.edge;
   vt_vec3 centre = vt_add(tree->octree.origin, vt_v3(half, half, half));
   vt_vec3 direction = vt_normalise(vt_sub(eye, centre));
+  const vt_view_textures *textures = finest_textures(tree);
   int count = 0;
   for (int v = 0; v < tree->view_count; v++) {
-    if (v == left_out) continue;
+    if (v == left_out || (textures && v < textures->view_count && !textures->views[v].columns)) continue;
     vt_vec3 camera = vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[v]), centre));
     double t = angle_between(direction, camera);
     int place = count < wanted ? count++ : wanted;

@@ -29,14 +29,16 @@ const vt_option vt_common_options[] = {
     {0}};
 
 // The words stand in the order of vt_matte_mode.
-#define MATTE_WORDS "auto|alpha|masks|backdrop|sky|none"
+#define MATTE_WORDS "auto|alpha|masks|backdrop|sky|clutter|none"
 const vt_option vt_source_options[] = {
     {"matte", 0, VT_OPTION_CHOICE, MATTE_WORDS, 0, 0, false,
      "where the tree's opacity in the photographs comes from; auto: alpha if the pictures have it, else masks if there "
-     "are any, else backdrop"},
+     "are any, else what most photographs show"},
     {"masks", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks (or one for all), white is tree; default: the usual places beside the photographs"},
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
+    {"scribble", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
+     "folder of strokes on some of the photographs, named as they are: green or white is tree, red or black is not"},
     {"ignore", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks (or one for all), white where nothing is to be looked at, like a post before the tree"},
     {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
@@ -87,6 +89,7 @@ vt_capture_desc vt_capture_desc_of(const vt_session *session, const char *source
   desc.matte = (vt_matte_mode)vt_choice_of(arguments, "matte", (int)desc.matte);
   desc.masks = vt_text_of(arguments, "masks", desc.masks);
   desc.invert_masks = vt_given(arguments, "invert-masks");
+  desc.scribbles = vt_text_of(arguments, "scribble", desc.scribbles);
   desc.tree_height = vt_number_of(arguments, "height", desc.tree_height);
   desc.marks = vt_text_of(arguments, "marks", desc.marks);
   desc.marker_size = vt_number_of(arguments, "marker-size", desc.marker_size);
@@ -118,7 +121,7 @@ vt_status vt_load_source(vt_session *session, const char *source, vt_views *out,
 }
 
 static const char *matte_name(vt_matte_mode mode) {
-  static const char *const names[] = {"auto", "alpha", "masks", "backdrop", "sky", "none"};
+  static const char *const names[] = {"auto", "alpha", "masks", "backdrop", "sky", "clutter", "none"};
   return names[mode];
 }
 
@@ -157,6 +160,7 @@ void vt_report_source(vt_json_writer *json, const char *source, const vt_views *
   vt_json_put_string(json, "source", source);
   vt_json_put_string(json, "source_kind", kind_name(report->kind));
   vt_json_put_string(json, "matte", matte_name(report->matte));
+  vt_json_put_string(json, "matte_evidence", report->matte_evidence);
   vt_json_put_integer(json, "photographs_found", report->photograph_count);
   vt_json_put_integer(json, "photographs_used", vt_count_views(views, VT_TRAIN));
   vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));

@@ -175,6 +175,7 @@ static void put_statistics(vt_json_writer *json, const work *job) {
     vt_json_put_integer(json, "billboards_before_pruning", (long long)level->billboards_before);
     vt_json_put_integer(json, "billboards", (long long)level->billboards);
     vt_json_put_integer(json, "corners", octree->levels[l].corner_count);
+    if (level->mass_factor > 0) vt_json_put_number(json, "mass_factor", level->mass_factor);
     vt_json_put_integer(json, "view_pixels", (long long)vt_count_view_pixels(&job->tree.view_textures[l]));
     vt_json_put_integer(json, "rays", (long long)level->rays);
     vt_json_put_number(json, "saturated_share", level->saturated_share);
@@ -182,6 +183,7 @@ static void put_statistics(vt_json_writer *json, const work *job) {
     vt_json_close_object(json);
   }
   vt_json_close_array(json);
+  vt_json_put_integer(json, "redundant_views", job->reconstruction.redundant_views);
   vt_json_put_integer(json, "texture_bytes_raw", (long long)job->raw_texture_bytes);
   vt_json_put_integer(json, "texture_bytes", (long long)job->texture_bytes);
   if (!job->raw) vt_report_compression(json, "compression", &job->packing, &job->compression);

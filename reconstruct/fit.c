@@ -159,7 +159,8 @@ static void step_some(void *user, size_t begin, size_t end, int worker) {
 // room enough, since neighbours are fewer.
 static int choose_stand_ins(const fit_job *job, const vt_view_textures *textures, int view, vt_field_view *out) {
   const vt_camera *cameras = job->tree->cameras;
-  vt_view_weights w = vt_choose_views_but(job->tree, vt_camera_centre(&cameras[view]), job->desc->neighbours, view);
+  int left_out = job->desc->left_out ? job->desc->left_out[view] : view;
+  vt_view_weights w = vt_choose_views_but(job->tree, vt_camera_centre(&cameras[view]), job->desc->neighbours, left_out);
   float own = job->desc->own_share;
   if (w.count && own != 0) {
     for (int i = 0; i < w.count; i++) w.weight[i] *= 1 - own;

@@ -23,6 +23,7 @@ typedef struct vt_fit_desc {
   int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many
                          // others, 1..VT_MAX_BLEND_VIEWS - 1 (leave-one-out)
   float own_share;       // of the photograph's own texture in that prediction, < 1, negative: taken off
+  const int *left_out;   // [photographs] the view that a photograph's prediction does without; NULL: each without itself
   int parts;             // a photograph's pixels are taken in so many steps, >= 1
   double begun, deadline; // vt_seconds() between which the steps fall; no further epoch begins after the deadline; 0: by epochs
 } vt_fit_desc;

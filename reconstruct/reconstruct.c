@@ -6,6 +6,7 @@
 // refined through the compositor. Then every level gets its textures from its own cells and its own photographs.
 
 #include "reconstruct/bounds.h"
+#include "reconstruct/level_mass.h"
 #include "reconstruct/run.h"
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
@@ -19,6 +20,7 @@ vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset pres
                                .prune_hidden = true,
                                .prune_thin = true,
                                .split_where_needed = method == VT_METHOD_BEST,
+                               .drop_redundant = method == VT_METHOD_BEST,
                                .refine_epochs = -1};
 }
 
@@ -121,6 +123,17 @@ vt_status vt_prepare_run(vt_run *r) {
   return vt_projected_size(r->context, r->views, middle, tree->octree.edge, &r->root_pixels);
 }
 
+// Each level as opaque as the next finer one, now that all are there.
+static vt_status match_levels(vt_run *r) {
+  float factors[VT_MAX_LEVEL + 1];
+  double start = vt_seconds();
+  if (!r->recipe.field) return VT_OK;
+  vt_status status = vt_match_level_mass(r->context, r->tree, r->recipe.fit.neighbours, factors);
+  for (int level = 0; level + 1 < r->tree->octree.level_count && !status; level++) r->report->levels[level].mass_factor = factors[level];
+  r->report->seconds_tiles += vt_seconds() - start;
+  return status;
+}
+
 static vt_status reconstruct_views(vt_run *r) {
   if (r->views->count < 1)
     return vt_fail(r->context, VT_TOO_FEW_VIEWS, "photographs: there is none to reconstruct from; give at least 3");
@@ -136,6 +149,7 @@ static vt_status reconstruct_views(vt_run *r) {
   vt_reset_peak(r->context);
   r->leaf = leaf;
   status = make_all_levels(r);
+  if (!status) status = match_levels(r);
   r->report->peak_bytes_tiles = vt_peak_bytes(r->context);
   r->report->leaf_level = r->tree->octree.level_count - 1;
   return status;
@@ -153,6 +167,7 @@ vt_status vt_reconstruct(vt_context *context, const vt_reconstruct_desc *desc, c
   vt_run r = {context, desc, vt_recipe_of(desc), &train, out, &report, .root_pixels = 0};
   status = reconstruct_views(&r);
   vt_free(context, r.split);
+  vt_free(context, r.stand_in);
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
   if (or_null) *or_null = report;

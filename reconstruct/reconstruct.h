@@ -29,6 +29,7 @@ typedef struct vt_reconstruct_desc {
   bool prune_thin;        // cells of the leaf level that turn out all but empty are dropped
   bool split_where_needed; // empty cells, and cells that no photograph sees, have no finer ones; where memory is short, only
                           // the cells that matter most have (best; 2004 and 2006 split all)
+  bool drop_redundant;    // photographs that the textures of the others show as well get none of their own (best)
   int refine_epochs;      // sweeps of the joint fit of opacity and colour, 0..; -1: as many as the method does
 } vt_reconstruct_desc;
 // 2004: branching 3, 8x8 texels, log-domain SART. 2006: octree, 4x4, log-domain SART, pruning. Normal ends at the level whose
@@ -41,6 +42,7 @@ typedef struct vt_level_report {
   uint32_t hull_cells, cells;             // before and after pruning by opacity
   uint64_t billboards_before, billboards; // (view, cell) pairs before and after pruning by visibility
   uint32_t view_least, view_median, view_most; // billboards left of one view, over the views [LRMDM06 Fig. 4]
+  double mass_factor;                     // by which the level was made denser to be as opaque as the next finer one; 0: was not
   double pruned_energy;                   // mean square of what the pruned billboards add to a pixel's alpha at the own cameras
   double own_alpha_rmse;                  // of the textures at the photographs' own cameras (tiles; best: 0)
   uint64_t rays;                          // per iteration
@@ -58,6 +60,7 @@ typedef struct vt_reconstruct_report {
   int leaf_level;
   double seconds_bounds, seconds_hull, seconds_rays, seconds_opacity, seconds_colour, seconds_refinement, seconds_tiles;
   uint64_t peak_bytes_opacity, peak_bytes_tiles; // most memory handed out until the last such stage had ended
+  int redundant_views;   // photographs that the others show as well: used, but without textures of their own
   uint64_t estimated_bytes; // printed before the work starts
   vt_level_report levels[VT_MAX_LEVEL + 1];
 } vt_reconstruct_report;

@@ -34,6 +34,7 @@ typedef struct vt_run {
   int leaf;                  // the last level that is to be made
   int bare_epochs;           // opacity alone: of a fit of the last level's corners, without view textures; 0: cells are enough
   uint64_t bytes_before;     // in use when a level's hull was there and nothing else of it
+  int *stand_in;             // [photographs] the view that says what it would say, itself as a rule; NULL: not known yet; owned
   uint8_t *split;            // [cells of the last level] those that the next comes from; NULL: all; owned
 } vt_run;
 

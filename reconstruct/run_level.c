@@ -5,6 +5,7 @@
 #include "reconstruct/coverage.h"
 #include "reconstruct/hull.h"
 #include "reconstruct/probe_level.h"
+#include "reconstruct/redundant.h"
 #include "reconstruct/run.h"
 #include "reconstruct/view_textures.h"
 
@@ -136,6 +137,7 @@ vt_status vt_estimate_level(vt_run *r, int level, const vt_rays *rays) {
 static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   vt_fit_desc fit = r->recipe.fit;
+  fit.left_out = r->stand_in;
   if (level == r->leaf) fit.epochs = r->recipe.leaf_epochs;
   else fit.own_share = 0;
   if (r->desc->time_budget > 0) {
@@ -201,6 +203,8 @@ static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
     vt_log(r->context, VT_LOG_VERBOSE, "level %d: at the photographs' own cameras alpha RMSE %.4f (squares: %.2g without cells, %.2g "
            "too thin, %.2g beyond tiles, %.2g rounding); %.1f %% of the chords beyond tiles", level, match.rmse, match.no_cells,
            match.limited, match.clamped, match.rounding, 100 * match.clamped_share);
+  for (int v = 0; v < r->views->count && !status && r->stand_in; v++)
+    if (r->stand_in[v] != v) vt_silence_view(r->context, &r->tree->view_textures[level], v);
   report->billboards_before = (uint64_t)report->cells * (uint64_t)r->views->count;
   report->billboards = r->tree->tiles[level].tile_count;
   report->pruned_energy = match.pruned_energy;
@@ -208,6 +212,27 @@ static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
   if (!status) status = count_billboards(r->context, &r->tree->tiles[level], report);
   report->seconds_tiles = vt_seconds() - start;
   r->report->seconds_tiles += report->seconds_tiles;
+  return status;
+}
+
+// Before the finest level, whose textures are most of the tree.
+static vt_status drop_redundant(vt_run *r, const vt_rays *rays) {
+  vt_redundant_desc desc = vt_default_redundant_desc();
+  size_t views = (size_t)r->views->count;
+  vt_redundancy *found = VT_NEW(r->context, vt_redundancy, views);
+  r->stand_in = VT_NEW(r->context, int, views);
+  vt_status status = found && r->stand_in ? vt_drop_redundant(r->context, &desc, rays, r->tree, found) : VT_OUT_OF_MEMORY;
+  for (int v = 0; v < r->views->count && !status; v++) {
+    r->stand_in[v] = found[v].stand_in;
+    if (found[v].stand_in == v) continue;
+    r->report->redundant_views++;
+    vt_log(r->context, VT_LOG_VERBOSE, "%s: %s and others show it as well (error %.3g, its own %.3g), its textures are dropped",
+           r->views->items[v].name, r->views->items[found[v].stand_in].name, found[v].others, found[v].own);
+  }
+  if (!status && r->report->redundant_views)
+    vt_log(r->context, VT_LOG_NORMAL, "%d of %d photographs are shown as well by the textures of others; theirs are dropped",
+           r->report->redundant_views, r->views->count);
+  vt_free(r->context, found);
   return status;
 }
 
@@ -244,6 +269,8 @@ vt_status vt_run_level(vt_run *r, int level) {
          report->alpha_rmse, report->held_out_rmse, report->coverage_degrees, 100 * report->narrow_share, report->unconstrained,
          report->seconds_opacity);
   if (!status && report->cells) status = texture_level(r, level, &rays);
+  bool judged = r->recipe.field && r->desc->drop_redundant && level + 1 == r->leaf && !r->stand_in;
+  if (!status && report->cells && judged) status = drop_redundant(r, &rays);
   if (!status && report->cells) status = vt_probe_level(context, r->tree, level, &reduced);
   vt_free_rays(context, &rays);
   vt_free_reduced_views(context, &reduced);

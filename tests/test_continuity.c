@@ -99,22 +99,22 @@ static void no_frame_of_a_slow_orbit_jumps(void **state) {
 // ---- levels
 
 // Mean alpha of a level's picture over that of the next finer level's, means over some views, and the RMSE of the two over
-// white. Between photographs: from eight directions at the distance from where `level` is drawn; else at the photographs' own
+// white. Between photographs: from 24 directions at the distance from where `level` is drawn; else at the photographs' own
 // cameras, each with its own texture.
 static double mass_kept(const work *w, vt_renderer *renderer, int level, bool between, double *rmse) {
-  enum { DIRECTIONS = 8, SIZE = 96 };
+  enum { DIRECTIONS = 24, SIZE = 96 };
   double mass[2] = {0, 0}, sum = 0, near = vt_length(vt_camera_centre(&w->views.items[0].camera));
   double texel = vt_cell_edge(&w->tree.octree, level) / w->tree.texel_edge, f = 0.5 * SIZE / tan(0.5 * w->desc.fov_y);
   double distance = fmax(near, 1.2 + texel * f);
   int count = between ? DIRECTIONS : w->tree.view_count;
   for (int i = 0; i < count; i++) {
-    double t = 0.3 + 2 * VT_PI * i / DIRECTIONS;
-    vt_vec3 eye = vt_scale(vt_v3(cos(t) * cos(0.3), sin(t) * cos(0.3), sin(0.3)), distance);
+    double t = 0.3 + 2 * VT_PI * i / DIRECTIONS, up = 0.15 + 0.3 * (i % 3);
+    vt_vec3 eye = vt_scale(vt_v3(cos(t) * cos(up), sin(t) * cos(up), sin(up)), distance);
     vt_camera camera = vt_look_at(eye, vt_v3(0, 0, 0), vt_v3(0, 0, 1), w->desc.fov_y, SIZE, SIZE);
     if (!between) camera = w->tree.cameras[i];
     vt_fimage picture[2];
     for (int l = 0; l < 2; l++) {
-      picture[l] = draw(w, renderer, level + l, 2, &camera);
+      picture[l] = draw(w, renderer, level + l, 4, &camera);
       for (int p = 0; p < camera.width * camera.height; p++) mass[l] += picture[l].pixels[4 * p + 3];
     }
     sum += pow(10, -likeness(&picture[0], &picture[1]) / 10) / count;
@@ -124,9 +124,9 @@ static double mass_kept(const work *w, vt_renderer *renderer, int level, bool be
   return mass[0] / mass[1];
 }
 
-// Asked is 1 %. It holds for the finest pair at the photographs' cameras. Coarser levels are textured with reduced photographs,
-// whose R is interpolated, as a geometric mean, between pixels: up to 4.4 % was measured. Between photographs R is blended, as
-// a geometric mean too, and up to 8 % of these sparse crowns was measured, more or less as the cells are coarse.
+// Asked is 1 % between photographs, which level_mass.c sets for its own cameras; from these 24 directions, of which only 16 have a
+// photograph within tens of degrees, up to 2.6 % was measured (7.6 % where levels were left as they were fitted). At the
+// photographs' own cameras coarse levels are too opaque by what they would lack between them.
 static void a_coarser_level_shows_as_much_of_the_tree(void **state) {
   (void)state;
   static const char *const scenes[] = {"tree_96", "small_oak_128"};
@@ -139,8 +139,8 @@ static void a_coarser_level_shows_as_much_of_the_tree(void **state) {
       double rmse, own = mass_kept(&w, renderer, level, false, &rmse), between = mass_kept(&w, renderer, level, true, &rmse);
       printf("%s, level %d for %d: %.4f of the opacity at the photographs' cameras, %.4f between, RMSE over white there %.4f\n",
              scenes[s], level, level + 1, own, between, rmse);
-      assert_close(own, 1, level + 2 == w.tree.octree.level_count ? 0.01 : 0.05);
-      assert_close(between, 1, 0.1);
+      assert_close(own, 1, level + 2 == w.tree.octree.level_count ? 0.01 : 0.08);
+      assert_close(between, 1, 0.03);
       assert_true(rmse < 0.04);
     }
     vt_destroy_renderer(w.context, renderer);

@@ -188,6 +188,27 @@ static void what_to_ignore_and_does_not_fit_is_refused_by_name(void **state) {
   }
 }
 
+static void paths_of_masks_that_are_no_text_or_not_there_are_refused(void **state) {
+  (void)state;
+  static const char *const frames[] = {", \"mask_path\": 3", ", \"ignore_path\": [1]", ", \"ignore_path\": \"gone.pam\""};
+  static const char *const words[] = {"mask_path", "ignore_path", "gone.pam"};
+  for (int i = 0; i < 3; i++) {
+    place p = open_place();
+    char text[512];
+    put_picture(&p, "a.pam", 12, 8, 4);
+    snprintf(text, sizeof text,
+             "{\"fl_x\": 9, \"frames\": [{\"file_path\": \"a.pam\"%s, \"transform_matrix\": " IDENTITY "}]}", frames[i]);
+    put_text(&p, "transforms.json", text);
+    vt_capture_desc desc = vt_default_capture_desc();
+    vt_views v = {0};
+    desc.source = p.root;
+    assert_int_equal(vt_load_views(p.context, &desc, &v, NULL), VT_BAD_INPUT);
+    const char *sentence = vt_last_error(p.context);
+    if (!strstr(sentence, "frame 0 (a.pam)") || !strstr(sentence, words[i]) || !strchr(sentence, ';')) fail_msg("%d: %s\n", i, sentence);
+    close_place(&p);
+  }
+}
+
 static void one_mask_for_all_is_the_tree_in_every_photograph(void **state) {
   (void)state;
   place p = open_place();
@@ -296,6 +317,7 @@ int main(void) {
       cmocka_unit_test(masks_of_what_to_ignore_are_found_by_name_and_go_with_the_view),
       cmocka_unit_test(what_to_ignore_and_does_not_fit_is_refused_by_name),
       cmocka_unit_test(one_mask_for_all_is_the_tree_in_every_photograph),
+      cmocka_unit_test(paths_of_masks_that_are_no_text_or_not_there_are_refused),
       cmocka_unit_test(masks_of_upright_pictures_are_turned_as_their_photographs_are_stored),
 #ifdef VT_WITH_OPENCV
       cmocka_unit_test(what_is_ignored_is_straightened_with_its_photograph),

@@ -3,12 +3,11 @@
 //
 // A ball is photographed before a backdrop; colmap is played by a script that hands out the true cameras, keeps count of its
 // calls and can be slow. Runs are killed at many moments, by all means, and repeated.
+#if defined VT_WITH_OPENIMAGEIO && defined VT_WITH_JANSSON
 #include "base/file.h"
 #include "base/image_file.h"
 #include "datasets-synthetic/synthetic.h"
 #include "tests/program_run.h"
-
-#if defined VT_WITH_OPENIMAGEIO && defined VT_WITH_JANSSON
 
 enum { VIEWS = 9, SIZE = 32 };
 #define TREE "--preset draft --levels 3 --colmap ./colmap --cache kept --matte backdrop --threads 2"

@@ -5,8 +5,8 @@
 # rules.sh RULE [ARGUMENTS], RULE one of
 #   layers                    who includes whom; nothing of a folder but its face is included from outside (tests and
 #                             benchmarks of a folder's inner parts may look inside)
-#   foreign                   each foreign library is included in exactly one file (tests may have a bridge of their own
-#                             beside it), and a bridge has its _none twin
+#   foreign                   each foreign library is included in exactly one file (tests and benchmarks may have a bridge
+#                             of their own beside it), and a bridge has its _none twin
 #   captions                  line 1 is the caption, line 2 the licence
 #   sizes                     files at most 600 lines, functions at most 100 and nine in ten at most 50 (universal-ctags)
 #   headers CC [CXX]          every header compiles alone as C17 and as C++17
@@ -89,7 +89,7 @@ rule_foreign() {
     esac
     library=${included%%/*}
     library=${library%.h}
-    case $file in tests/*) place=tests ;; *) place=house ;; esac
+    case $file in tests/*) place=tests ;; bench/*) place=bench ;; *) place=house ;; esac
     first=${seen[$place:$library]:-$file}
     seen[$place:$library]=$first
     [ "$first" = "$file" ] || breach "$file:$line: $library is already included by $first, its only bridge"
