@@ -10,7 +10,11 @@
 extern "C" {
 #endif
 
-typedef enum vt_role { VT_TRAIN, VT_TEST } vt_role; // VT_TEST: never looked at by reconstruct, only judged against
+typedef enum vt_role {
+  VT_TRAIN,
+  VT_TEST,    // never looked at by reconstruct, only judged against
+  VT_DOUBTFUL // neither: its matte contradicts those of the others
+} vt_role;
 
 typedef struct vt_view {
   char *name;       // file name within its capture, forward slashes; owned

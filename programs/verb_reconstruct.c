@@ -1,13 +1,14 @@
 // verb_reconstruct.c - voltree reconstruct: from raw photographs to a .vtree
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// load -> hold out -> reconstruct -> compress -> judge -> write. What goes into the file's metadata must not depend on
-// the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
+// load -> hold out -> mend (prepare_views.c) -> reconstruct -> compress -> judge -> write. What goes into the file's metadata
+// must not depend on the clock or the number of threads: the same input and options give the same bytes. So times stand in the report
 // only, and held-out photographs are judged by the CPU renderer, the same on every machine.
 #include "programs/keep_tree.h"
 #include "programs/level_sheet.h"
 #include "programs/metadata.h"
 #include "programs/plan.h"
+#include "programs/prepare_views.h"
 #include "programs/report.h"
 #include "programs/scores.h"
 #include "programs/stage_options.h"
@@ -47,6 +48,7 @@ typedef struct work {
   vt_views views, judged; // judged: borrowed from views
   vt_tree tree;           // what is written
   vt_capture_report capture;
+  vt_preparation preparation;
   vt_reconstruct_report reconstruction;
   vt_compress_report compression;
   vt_file_report file;
@@ -225,6 +227,7 @@ static vt_status set_metadata(vt_session *session, work *job) {
   vt_json_open_object(&json, "statistics");
   put_statistics(&json, job);
   vt_json_close_object(&json);
+  vt_report_preparation(&json, &job->views, &job->preparation, false);
   vt_put_world(&json, &job->tree, &job->views.world);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_names(&json, "views", &job->views, VT_TRAIN);
@@ -284,6 +287,7 @@ static vt_status write_report(vt_session *session, work *job) {
   vt_report_source(&json, job->source, &job->views, &job->capture);
   vt_json_put_string(&json, "output", job->output);
   put_options(&json, session, job);
+  vt_report_preparation(&json, &job->views, &job->preparation, true);
   put_names(&json, "views_used", &job->views, VT_TRAIN);
   put_names(&json, "held_out", &job->judged, VT_TEST);
   put_statistics(&json, job);
@@ -344,6 +348,7 @@ static vt_status run(vt_session *session) {
   if (vt_given(arguments, "dry-run")) return plan(session, &job);
   vt_status status = vt_check_output_file(session, job.output);
   if (!status) status = load(session, &job);
+  if (!status) status = vt_prepare_views(session, &job.views, &job.preparation);
   if (!status) status = build(session, &job);
   if (!status) status = judge(session, &job);
   if (!status) status = set_metadata(session, &job);
@@ -355,6 +360,7 @@ static vt_status run(vt_session *session) {
   if (!status) status = write_pictures(session, &job);
   if (!status) status = write_report(session, &job);
   vt_free_scores(context, &job.scores);
+  vt_free_preparation(context, &job.preparation);
   vt_free(context, job.judged.items);
   vt_free_capture_report(context, &job.capture);
   vt_free_tree(context, &job.tree);
@@ -372,5 +378,6 @@ const vt_verb vt_verb_reconstruct = {.name = "reconstruct",
                                               "to 60 all around the tree are good.",
                                      .example = "voltree reconstruct photos/ -o tree.vtree --preset draft --holdout 8",
                                      .operand_count = 1,
-                                     .tables = {options, vt_source_options, vt_codebook_options, vt_common_options},
+                                     .tables = {options, vt_preparation_options, vt_source_options, vt_codebook_options,
+                                                vt_common_options},
                                      .run = run};

@@ -136,6 +136,10 @@ static vt_status shrink(vt_context *context, const vt_silhouettes *silhouettes, 
 }
 
 vt_status vt_find_bounds(vt_context *context, const vt_views *views, vt_octree *octree) {
+  return vt_find_bounds_by(context, views, 1, octree);
+}
+
+vt_status vt_find_bounds_by(vt_context *context, const vt_views *views, int votes, vt_octree *octree) {
   vt_vec3 centre;
   double radius = 0;
   vt_status status = guess_volume(context, views, &centre, &radius);
@@ -149,6 +153,7 @@ vt_status vt_find_bounds(vt_context *context, const vt_views *views, vt_octree *
   vt_silhouettes silhouettes;
   status = vt_make_silhouettes(context, views, (longest + 399) / 400, 8, &silhouettes);
   if (status) return status;
+  silhouettes.votes = votes;
   radius *= 1.1;
   vt_octree cube = {.origin = vt_sub(centre, vt_v3(radius, radius, radius)), .edge = 2 * radius, .branching = 2,
                     .level_count = BOUNDS_LEVEL + 1};

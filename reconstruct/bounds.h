@@ -13,6 +13,8 @@ extern "C" {
 // The tight cube around the visual hull: octree->origin and edge are set (branching must be, levels stay empty).
 // VT_BAD_INPUT if no photograph shows any tree, or the mattes have no volume in common.
 vt_status vt_find_bounds(vt_context *, const vt_views *, vt_octree *octree);
+// The same where so many photographs must see a place empty before it is cut away.
+vt_status vt_find_bounds_by(vt_context *, const vt_views *, int votes, vt_octree *octree);
 
 #ifdef __cplusplus
 }

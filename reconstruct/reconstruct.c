@@ -115,7 +115,7 @@ vt_status vt_prepare_run(vt_run *r) {
     tree->cameras[i] = r->views->items[i].camera;
     status = vt_check_camera(r->context, &tree->cameras[i], r->views->items[i].name);
   }
-  if (!status) status = vt_find_bounds(r->context, r->views, &tree->octree);
+  if (!status && !(tree->octree.edge > 0)) status = vt_find_bounds(r->context, r->views, &tree->octree);
   if (status) return status;
   double half = 0.5 * tree->octree.edge;
   vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));

@@ -70,6 +70,69 @@ typedef struct vt_reconstruct_report {
 vt_status vt_reconstruct(vt_context *, const vt_reconstruct_desc *, const vt_views *, vt_tree *out,
                          vt_reconstruct_report *or_null);
 
+// ==== before it: mattes that do not belong to the others =============================================================
+
+typedef struct vt_matte_report {
+  bool tried;        // false: fewer than 8 views, or no volume in common
+  int view_count;    // views looked at
+  double *disagreement; // [all views, -1 where not looked at] squared difference of the matte from what the others let expect,
+                     // over what either shows, 0..; owned
+  double usual;      // its median
+  int doubtful_count; // views that were given the role VT_DOUBTFUL
+  double seconds;
+} vt_matte_report;
+void vt_free_matte_report(vt_context *, vt_matte_report *);
+
+// Gives VT_TRAIN views whose mattes contradict the volume of the others the role VT_DOUBTFUL: the hull, the tomography, the fit and
+// the view textures then do without them. At most a quarter of the views. VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_check_mattes(vt_context *, vt_views *, vt_matte_report *or_null);
+
+// ==== before it: cameras =============================================================================================
+
+typedef enum vt_refine_mode { VT_REFINE_AUTO, VT_REFINE_ON, VT_REFINE_OFF } vt_refine_mode;
+
+typedef struct vt_refine_desc {
+  uint32_t cookie;
+  vt_refine_mode mode;     // auto: where a quick look says that there is something to gain
+  int fold_count;          // each view is compared with a volume of the other folds' views, 2..8
+  double turn_deviation;   // how far cameras may be off: degrees
+  double shift_deviation;  // and share of their distance
+  double focal_deviation;  // and share of the focal length, one for all cameras of a lens
+  int most_pixels;         // of a view that are looked at, >= 100
+  int rounds[2];           // of volumes and poses, on the last level but one (>= 1) and on the last (cells of three to five pixels)
+} vt_refine_desc;
+vt_refine_desc vt_default_refine_desc(void);
+
+typedef struct vt_refine_report {
+  bool tried, kept;                     // kept: the cameras were changed
+  const char *why;                      // a phrase: why not tried, why not kept, or why kept
+  double first_gain;                    // share by which a first look lowered the error of the mattes
+  double mean_degrees, most_degrees;    // changes of direction
+  double mean_share, most_share;        // of place, share of the distance
+  double mean_pixels, most_pixels;      // of where points of the tree fall in the photographs
+  double focal_share;                   // mean change of focal length
+  double alpha_before, alpha_after;     // RMSE of mattes in a volume without them, poses fitted to it; NAN where unknown
+  double seconds;
+} vt_refine_report;
+
+// Changes the cameras of the VT_TRAIN views where that makes each matte agree better with a volume made from other views. Views
+// that cannot be refined stay as they are, and that is no error. VT_MISSING_PROGRAM where mode is `on` and the build has no
+// Ceres; VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_refine_views(vt_context *, const vt_refine_desc *, vt_views *, vt_refine_report *or_null);
+
+// ==== before it: exposure and white balance ==========================================================================
+
+typedef struct vt_balance_report {
+  bool changed;     // false: the photographs are of one exposure, or too few; nothing was touched
+  double deviation; // of ln of the gains that cannot be light, the channel where it is largest
+  double most_gain; // |ln| of the largest gain of the first pass
+  double seconds;
+} vt_balance_report;
+
+// Brings the VT_TRAIN views' colours to one exposure and white balance, by a gain a channel in linear light, pictures changed in
+// place. The test views stay as they are. VT_OUT_OF_MEMORY, VT_CANCELLED.
+vt_status vt_balance_views(vt_context *, vt_views *, vt_balance_report *or_null);
+
 typedef enum vt_solver {
   VT_SOLVER_ADAM,      // transmittance domain, Adam (what `best` takes)
   VT_SOLVER_NESTEROV,  // transmittance domain, majoriser with momentum, all rays at once

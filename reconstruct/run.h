@@ -32,12 +32,13 @@ typedef struct vt_run {
   double start, root_pixels; // root_pixels: size of the root's edge in the photographs
   int least_seen;            // a cell in the frames of fewer photographs is not believed
   int leaf;                  // the last level that is to be made
+  int bare_epochs;           // opacity alone: of a fit of the last level's corners, without view textures; 0: cells are enough
   uint64_t bytes_before;     // in use when a level's hull was there and nothing else of it
   int *stand_in;             // [photographs] the view that says what it would say, itself as a rule; NULL: not known yet; owned
   uint8_t *split;            // [cells of the last level] those that the next comes from; NULL: all; owned
 } vt_run;
 
-vt_status vt_prepare_run(vt_run *);                 // cameras, the root cube, its size in the photographs
+vt_status vt_prepare_run(vt_run *);                 // cameras, the root cube (unless it has an edge), its size in the photographs
 double vt_cell_pixels(const vt_run *, int level);
 
 // run_level.c
@@ -47,6 +48,9 @@ vt_status vt_reduce_for_level(vt_run *, int level, vt_reduced_views *out);
 int vt_coarse_level_for(const vt_run *, int level, int factor); // where pixels are looked for that may meet a cell
 vt_status vt_estimate_level(vt_run *, int level, const vt_rays *); // opacity
 vt_status vt_run_level(vt_run *, int level);        // everything after carving
+
+// run_partial.c
+vt_status vt_solve_opacity_levels(vt_run *);        // opacity alone of the levels up to `leaf`, from the preparation on
 
 // run_plan.c
 uint64_t vt_ray_bound(const vt_run *);              // bytes of chords that may be kept

@@ -4,6 +4,17 @@
 #include "reconstruct/colour.h"
 #include "reconstruct/run.h"
 
+// Corners whose field shows the mattes, rather than cells that do.
+static vt_status fit_bare(vt_run *r, int level, const vt_rays *rays) {
+  vt_level *cells = &r->tree->octree.levels[level];
+  vt_fit_desc fit = vt_default_fit_desc();
+  fit.neighbours = 0, fit.epochs = r->bare_epochs;
+  vt_status status = vt_estimate_colour(r->context, rays, cells);
+  if (!status) status = vt_make_corners(r->context, r->tree->octree.branching, cells);
+  if (!status) status = vt_corners_from_cells(r->context, cells);
+  return status ? status : vt_fit_field(r->context, &fit, rays, r->tree, cells);
+}
+
 // Rays of a level for opacity alone: two to three pixels a cell say what cells can hold.
 static vt_status solve_alone(vt_run *r, int level) {
   double start = vt_seconds();
@@ -18,6 +29,7 @@ static vt_status solve_alone(vt_run *r, int level) {
                            &rays);
   r->report->seconds_rays += vt_seconds() - start;
   if (!status) status = vt_estimate_level(r, level, &rays);
+  if (!status && level == r->leaf && r->bare_epochs) status = fit_bare(r, level, &rays);
   if (!status && level < r->leaf) status = vt_plan_next_level(r, level, &rays);
   r->report->levels[level].seconds_opacity = vt_seconds() - start;
   r->report->seconds_opacity += vt_seconds() - start;
@@ -38,6 +50,25 @@ static vt_opacity_desc desc_of_solver(vt_solver solver, int sweeps) {
   return desc;
 }
 
+vt_status vt_solve_opacity_levels(vt_run *r) {
+  vt_octree *octree = &r->tree->octree;
+  vt_status status = r->views->count ? vt_prepare_run(r)
+                                     : vt_fail(r->context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
+  for (int l = 0; l <= r->leaf && !status; l++) {
+    double start = vt_seconds();
+    status = vt_begin_level(r, l);
+    if (!status) status = vt_carve_level(r, l);
+    r->bytes_before = vt_bytes_in_use(r->context);
+    r->report->seconds_hull += vt_seconds() - start;
+    octree->level_count = l + 1;
+    if (!status && !octree->levels[l].cell_count) break; // nothing so fine
+    if (!status) status = solve_alone(r, l);
+  }
+  vt_free(r->context, r->split);
+  r->split = NULL;
+  return status;
+}
+
 vt_status vt_reconstruct_opacity(vt_context *context, const vt_views *views, vt_solver solver, int sweeps, int level,
                                  vt_tree *out, vt_reconstruct_report *or_null) {
   VT_ASSERT(level >= 0 && level <= VT_MAX_LEVEL);
@@ -50,18 +81,7 @@ vt_status vt_reconstruct_opacity(vt_context *context, const vt_views *views, vt_
   vt_run r = {context, &desc, vt_recipe_of(&desc), &train, out, &report, .start = vt_seconds(), .leaf = level};
   desc.split_where_needed = solver != VT_SOLVER_LOG; // which stays as the papers have it
   r.recipe.opacity = desc_of_solver(solver, sweeps);
-  status = train.count ? vt_prepare_run(&r) : vt_fail(context, VT_TOO_FEW_VIEWS, "photographs: there is none; give at least 3");
-  for (int l = 0; l <= r.leaf && !status; l++) {
-    double start = vt_seconds();
-    status = vt_begin_level(&r, l);
-    if (!status) status = vt_carve_level(&r, l);
-    r.bytes_before = vt_bytes_in_use(context);
-    report.seconds_hull += vt_seconds() - start;
-    out->octree.level_count = l + 1;
-    if (!status && !out->octree.levels[l].cell_count) break; // nothing so fine
-    if (!status) status = solve_alone(&r, l);
-  }
-  vt_free(context, r.split);
+  status = vt_solve_opacity_levels(&r);
   report.leaf_level = out->octree.level_count - 1;
   vt_free(context, train.items);
   if (status) vt_free_tree(context, out);
