@@ -25,11 +25,12 @@ typedef struct vt_view {
                     // no emptiness; no pixels: all of the picture counts
 } vt_view;
 
-// What is known of the world that the cameras stand in.
+// What is known of the world that the cameras stand in, and how surely.
 typedef struct vt_world {
   vt_vec3 up;             // unit, away from the ground; zero: not known
   double metres_per_unit; // 0: not known
   double tree_height;     // metres along `up`, as somebody measured it: gives the scale once the tree is there; 0: not said
+  bool estimated;         // cameras or mattes were found from the photographs, so they may be mended; false: they are given
 } vt_world;
 
 typedef struct vt_views {

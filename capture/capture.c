@@ -364,6 +364,7 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &s.photos);
   vt_world world = s.photos.world;
   if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, report);
+  world.estimated = world.estimated || report->kind != VT_SOURCE_TRANSFORMS || report->matte != VT_MATTE_ALPHA;
   if (!status) status = look_around(context, &s.photos, &report->coverage, &report->warning_count, &report->warnings);
   double start = vt_seconds();
   if (!status) status = vt_develop_or_take(context, desc, &s.photos, report, out);

@@ -241,6 +241,7 @@ static vt_status read_world(vt_context *context, const char *path, const vt_json
     if (!(fabs(vt_length(world->up) - 1) < 1e-6))
       return vt_fail(context, VT_BAD_INPUT, "%s: up is not three numbers that are a direction; correct it, or take it out", path);
   }
+  world->estimated = vt_json_bool(vt_json_member(root, "estimated"), false);
   frame_source s = {root, root, path};
   vt_status status = get_number(context, &s, "metres_per_unit", &world->metres_per_unit);
   if (!status) status = get_number(context, &s, "tree_height_metres", &world->tree_height);

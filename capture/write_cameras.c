@@ -71,6 +71,7 @@ static void put_world(vt_json_writer *json, const vt_world *world) {
   }
   if (world->metres_per_unit > 0) vt_json_put_number(json, "metres_per_unit", world->metres_per_unit);
   if (world->tree_height > 0) vt_json_put_number(json, "tree_height_metres", world->tree_height);
+  if (world->estimated) vt_json_put_bool(json, "estimated", true);
 }
 
 static void put_frame(vt_json_writer *json, const vt_listed *l, bool model) {

@@ -1,37 +1,53 @@
 // prepare_views.c - what is mended in photographs and cameras before they are reconstructed from
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Mattes first: one that belongs to nothing would spoil the volumes by which cameras and colours are judged. Then cameras, then
-// colours, which are compared where the cameras say.
+// Mattes first: one that belongs to nothing would spoil the volumes by which cameras and colours are judged. Then
+// cameras, then colours, which are compared where the cameras say. Each costs seconds, so what was given, not
+// estimated, is left alone unless it is asked for.
 #include "programs/prepare_views.h"
 
-// The words stand in the order of vt_refine_mode.
+enum { AUTO, ON, OFF }; // the order of the words, and of vt_refine_mode
+
+static bool is_wanted(const vt_arguments *arguments, const char *option, const vt_views *views) {
+  int word = vt_choice_of(arguments, option, AUTO);
+  return word == ON || (word == AUTO && views->world.estimated);
+}
+
 const vt_option vt_preparation_options[] = {
     {"refine", 0, VT_OPTION_CHOICE, "auto|on|off", 0, 0, false,
-     "fit the cameras to the mattes of all photographs; auto: where a quick look says that there is something to gain. Kept only "
+     "fit the cameras to the mattes of all photographs; auto: where a quick look says that there is something to gain. "
+     "Kept only "
      "where mattes that were held back fit better afterwards"},
-    {"check-mattes", 0, VT_OPTION_CHOICE, "on|off", 0, 0, false,
-     "leave out photographs whose mattes contradict those of the others; default: on"},
-    {"balance", 0, VT_OPTION_CHOICE, "auto|off", 0, 0, false,
-     "bring the photographs to one exposure and white balance; auto: where these jump from one to the next"},
+    {"check-mattes", 0, VT_OPTION_CHOICE, "auto|on|off", 0, 0, false,
+     "leave out photographs whose mattes contradict those of the others"},
+    {"balance", 0, VT_OPTION_CHOICE, "auto|on|off", 0, 0, false,
+     "bring the photographs to one exposure and white balance where these jump from one to the next; auto, here and "
+     "above: "
+     "only where cameras or mattes were found from the photographs, not given by a transforms.json with alpha"},
     {0}};
 
 static void say_mattes(vt_session *session, const vt_views *views, const vt_matte_report *report) {
   for (int i = 0; i < views->count; i++)
     if (views->items[i].role == VT_DOUBTFUL)
-      vt_say(session, "  left out: %s: its matte contradicts the others' (disagreement %.3f, usual is %.3f); look at it, or give "
-             "--check-mattes off\n", views->items[i].name, report->disagreement[i], report->usual);
+      vt_say(
+          session,
+          "  left out: %s: its matte contradicts the others' (disagreement %.3f, usual is %.3f); look at it, or give "
+          "--check-mattes off\n",
+          views->items[i].name, report->disagreement[i], report->usual);
 }
 
 static void say_cameras(vt_session *session, const vt_refine_report *r) {
   if (!r->tried) return;
   if (!r->kept) {
-    vt_say(session, "  cameras: kept as they came, %s (alpha error %.4f, %.4f)\n", r->why, r->alpha_before, r->alpha_after);
+    vt_say(session, "  cameras: kept as they came, %s (alpha error %.4f, %.4f)\n", r->why, r->alpha_before,
+           r->alpha_after);
     return;
   }
-  vt_say(session, "  cameras: refined by %.3f degrees (%.3f at most), %.3f %% of the distance (%.3f), %.2f pixels (%.2f), focal "
-         "length %+.3f %%; alpha error of mattes held back %.4f -> %.4f\n", r->mean_degrees, r->most_degrees, 100 * r->mean_share,
-         100 * r->most_share, r->mean_pixels, r->most_pixels, 100 * r->focal_share, r->alpha_before, r->alpha_after);
+  vt_say(session,
+         "  cameras: refined by %.3f degrees (%.3f at most), %.3f %% of the distance (%.3f), %.2f pixels (%.2f), focal "
+         "length %+.3f %%; alpha error of mattes held back %.4f -> %.4f\n",
+         r->mean_degrees, r->most_degrees, 100 * r->mean_share, 100 * r->most_share, r->mean_pixels, r->most_pixels,
+         100 * r->focal_share, r->alpha_before, r->alpha_after);
 }
 
 vt_status vt_prepare_views(vt_session *session, vt_views *views, vt_preparation *out) {
@@ -39,23 +55,25 @@ vt_status vt_prepare_views(vt_session *session, vt_views *views, vt_preparation 
   const vt_arguments *arguments = &session->arguments;
   vt_refine_desc refine = vt_default_refine_desc();
   refine.mode = (vt_refine_mode)vt_choice_of(arguments, "refine", VT_REFINE_AUTO);
-  *out = (vt_preparation){.cameras = {.why = ""}};
+  *out = (vt_preparation){.cameras = {.why = "the cameras are given"}};
+  vt_status status = VT_OK;
   vt_begin_stage(session);
-  vt_status status = vt_choice_of(arguments, "check-mattes", 0) ? VT_OK : vt_check_mattes(context, views, &out->mattes);
+  if (is_wanted(arguments, "check-mattes", views)) status = vt_check_mattes(context, views, &out->mattes);
   if (status) return status;
   vt_end_stage(session, "matte check");
   if (out->mattes.disagreement) say_mattes(session, views, &out->mattes);
   vt_begin_stage(session);
-  status = vt_refine_views(context, &refine, views, &out->cameras);
+  if (is_wanted(arguments, "refine", views)) status = vt_refine_views(context, &refine, views, &out->cameras);
   if (status) return status;
   vt_end_stage(session, "refining cameras");
   say_cameras(session, &out->cameras);
   vt_begin_stage(session);
-  status = vt_choice_of(arguments, "balance", 0) ? VT_OK : vt_balance_views(context, views, &out->colours);
+  if (is_wanted(arguments, "balance", views)) status = vt_balance_views(context, views, &out->colours);
   if (status) return status;
   vt_end_stage(session, "balance");
   if (out->colours.changed)
-    vt_say(session, "  colours: exposure and white balance jump by %.0f %% from photograph to photograph and were balanced\n",
+    vt_say(session,
+           "  colours: exposure and white balance jump by %.0f %% from photograph to photograph and were balanced\n",
            100 * out->colours.deviation);
   return VT_OK;
 }
@@ -109,4 +127,6 @@ void vt_report_preparation(vt_json_writer *json, const vt_views *views, const vt
   vt_json_close_object(json);
 }
 
-void vt_free_preparation(vt_context *context, vt_preparation *p) { vt_free_matte_report(context, &p->mattes); }
+void vt_free_preparation(vt_context *context, vt_preparation *p) {
+  vt_free_matte_report(context, &p->mattes);
+}

@@ -15,7 +15,7 @@ typedef struct vt_preparation {
   vt_balance_report colours;
 } vt_preparation;
 
-// Stages "mattes", "cameras" and "colours", as the options have it; says what was changed.
+// Stages "matte check", "refining cameras" and "balance", as the options have it; says what was changed.
 vt_status vt_prepare_views(vt_session *, vt_views *, vt_preparation *out);
 // Member "preparation" of the object that is open. times: with the seconds (a file's metadata has none).
 void vt_report_preparation(vt_json_writer *, const vt_views *, const vt_preparation *, bool times);

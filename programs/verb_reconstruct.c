@@ -124,6 +124,7 @@ static vt_status build(vt_session *session, work *job) {
   choose_votes(job);
   vt_status status = make_raw(session, job, &raw);
   if (status) goto done;
+  vt_find_scale(context, &raw, &job->views.world);
   job->raw_texture_bytes = job->texture_bytes = vt_texture_bytes(&raw);
   if (job->raw) {
     job->tree = raw;

@@ -87,6 +87,12 @@ bool vt_measure_reach(vt_context *context, const vt_tree *tree, vt_vec3 directio
   return there && *high > *low;
 }
 
+void vt_find_scale(vt_context *context, const vt_tree *tree, vt_world *world) {
+  double low = 0, high = 0;
+  if (world->metres_per_unit > 0 || !(world->tree_height > 0) || !(vt_length(world->up) > 0)) return;
+  if (vt_measure_reach(context, tree, world->up, &low, &high)) world->metres_per_unit = world->tree_height / (high - low);
+}
+
 void vt_put_world(vt_json_writer *json, const vt_tree *tree, const vt_world *world) {
   double low = 0, high = 0, up[3] = {world->up.x, world->up.y, world->up.z}, scale = world->metres_per_unit;
   if (!(vt_length(world->up) > 0) && !(scale > 0)) return;
@@ -97,10 +103,10 @@ void vt_put_world(vt_json_writer *json, const vt_tree *tree, const vt_world *wor
     for (int i = 0; i < 3; i++) vt_json_put_number(json, NULL, up[i]);
     vt_json_close_array(json);
     if (measured) vt_json_put_number(json, "height_units", high - low);
-    if (measured && !(scale > 0) && world->tree_height > 0) scale = world->tree_height / (high - low);
   }
   if (scale > 0) vt_json_put_number(json, "metres_per_unit", scale);
-  if (scale > 0 && high > low) vt_json_put_number(json, "height_metres", scale * (high - low));
+  double height = world->tree_height > 0 ? world->tree_height : scale * (high - low);
+  if (scale > 0 && height > 0) vt_json_put_number(json, "height_metres", height);
   vt_json_close_object(json);
 }
 

@@ -10,6 +10,9 @@
 
 // How far the tree reaches along a direction, world units. False if there is nothing in it, or no memory to find out.
 bool vt_measure_reach(vt_context *, const vt_tree *, vt_vec3 direction, double *low, double *high);
+// The scale from the tree's height, where that was said and the scale was not. By the tree before it is packed, whose depths are
+// exact.
+void vt_find_scale(vt_context *, const vt_tree *, vt_world *);
 // The member "world" of the tree's metadata: up, height_units, metres_per_unit, height_metres, as far as they are known. A tree
 // height that the views bring along gives the scale here, where the tree is there to be measured.
 void vt_put_world(vt_json_writer *, const vt_tree *, const vt_world *);

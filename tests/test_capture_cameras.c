@@ -292,12 +292,13 @@ static void transforms_come_back_the_same_and_name_the_pictures_by_their_way(voi
   memcpy(all, lenses, sizeof lenses);
   all[LENSES] = eighth;
   vt_photos photos = make_photos(&p, all, LENSES + 1), again = {0};
-  photos.world = (vt_world){{0, 0, 1}, 0.25, 4.5};
+  photos.world = (vt_world){.up = {0, 0, 1}, .metres_per_unit = 0.25, .tree_height = 4.5, .estimated = true};
   assert_int_equal(write_in(&p, &photos, VT_CAMERAS_TRANSFORMS, "x/y"), VT_OK);
   assert_int_equal(vt_read_transforms(p.context, at(&p, "x/y/transforms.json"), VT_TRAIN, &again), VT_OK);
   assert_string_equal(again.items[2].name, "../../images/sub/d.pam");
   expect_same_photos(&photos, &again);
   assert_close(again.world.up.z, 1, 0);
+  assert_true(again.world.estimated);
   assert_close(again.world.metres_per_unit, 0.25, 0);
   assert_close(again.world.tree_height, 4.5, 0);
   vt_free_photos(p.context, &again);
