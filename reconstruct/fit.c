@@ -2,25 +2,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Alpha alone leaves fog where mattes saturate: inside a dense crown every arrangement of leaves is as good as another.
-// Colour tells them apart. Per ray, with depths d_k = s_k R_k l_k of its chords, w_k = T_k (1 - exp(-d_k)), C = sum w_k c_k,
-// A = 1 - T_end and the photograph's premultiplied (C*, A*), the loss looks at the picture over black and over white alike
-// (METHODS 9):
+// Colour tells them apart. Per ray, with depths d_k = s_k R_k l_k of its chords, w_k = T_k (1 - exp(-d_k)), C = sum w_k
+// c_k, A = 1 - T_end and the photograph's premultiplied (C*, A*), the loss looks at the picture over black and over
+// white alike (METHODS 9):
 //   1/2 |e_C|^2 + 1/2 |e_C - e_A|^2 + 1/2 e_A^2,       e_C = C - C*, e_A = A - A*
 //   g_C = 2 e_C - e_A (per channel),  g_A = e_A - sum_c (e_C - e_A)
 //   dL/dc_k = w_k g_C
 //   dL/dd_k = T_{k+1} c_k.g_C - sum_{j>k} w_j c_j.g_C + g_A T_end
 // s_k and c_k are interpolated between eight corners, which take the gradient by the same shares.
 //
-// Left out: what a tree is for is a picture between its photographs, where the view textures R of the nearest ones stand
-// in for what the cells are too coarse for. So in the second half each photograph is predicted from the textures of the
-// others nearest to it, and the field learns what makes that prediction right. The textures follow from the field; they are
-// made anew before each epoch and held still within it.
+// Left out: what a tree is for is a picture between its photographs, where the view textures R of the nearest ones
+// stand in for what the cells are too coarse for. So in the second half each photograph is predicted from the textures
+// of the others nearest to it, and the field learns what makes that prediction right. The textures follow from the
+// field; they are made anew before each epoch and held still within it.
 //
-// The field has seen the photograph that is left out, though: in other epochs, and on coarser levels. What it remembers makes the
-// prediction look better than it is. So a share of the photograph's own texture is taken off what the others say: where the
-// field is right by itself the own texture says nothing (R = 1), and where it relies on it the error grows (own_share;
-// on maple 0.18 dB at level 7 and 0.17 at level 8 on views never seen, where half as much of the own texture added would
-// cost as much).
+// The field has seen the photograph that is left out, though: in other epochs, and on coarser levels. What it remembers
+// makes the prediction look better than it is. So a share of the photograph's own texture is taken off what the others
+// say: where the field is right by itself the own texture says nothing (R = 1), and where it relies on it the error
+// grows (own_share; on maple 0.18 dB at level 7 and 0.17 at level 8 on views never seen, where half as much of the own
+// texture added would cost as much).
 //
 // Steps by Adam [Kingma & Ba 2015] with (.9, .99); corners without any gradient yet are left alone.
 
@@ -29,12 +29,22 @@
 #include "reconstruct/view_textures.h"
 
 vt_fit_desc vt_default_fit_desc(void) {
-  return (vt_fit_desc){.cookie = VT_COOKIE, .epochs = 1, .batch_count = 48, .parts = 4, .opacity_step = 0.05f, .opacity_share = 0.25f,
-                       .colour_step = 0.01f, .last_step_share = 0.2f, .largest = 30, .ratio_limit = 50,
-                       .neighbours = 4, .own_share = -0.2f};
+  return (vt_fit_desc){.cookie = VT_COOKIE,
+                       .epochs = 1,
+                       .batch_count = 48,
+                       .parts = 4,
+                       .opacity_step = 0.05f,
+                       .opacity_share = 0.25f,
+                       .colour_step = 0.01f,
+                       .last_step_share = 0.2f,
+                       .largest = 30,
+                       .ratio_limit = 50,
+                       .neighbours = 4,
+                       .own_share = -0.2f};
 }
 
-float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float target[4], float (*gradient)[4]) {
+float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const float target[4],
+                      float (*gradient)[4]) {
   float shown[3] = {0, 0, 0}, t = 1;
   for (size_t k = 0; k < count; k++) { // gradient[k] holds w_k and T_{k+1} for the way back
     float left = t * vt_exp_of_negative(-depth[k]), w = t - left;
@@ -68,21 +78,21 @@ typedef struct fit_job {
   const vt_rays *rays;
   const vt_tree *tree;
   const vt_level *cells;
-  const vt_view_textures *textures; // NULL: bare
+  const vt_view_textures *textures;           // NULL: bare
   vt_field_view (*views)[VT_MAX_BLEND_VIEWS]; // [photographs] the others that predict it
-  int *view_count;                  // [photographs]
-  float *sums;                      // [VT_LANES][corners][4]
-  float *along, *log_ratio, *depth; // [VT_LANES][capacity]
+  int *view_count;                            // [photographs]
+  float *sums;                                // [VT_LANES][corners][4]
+  float *along, *log_ratio, *depth;           // [VT_LANES][capacity]
   float (*inside)[4], (*value)[4], (*gradient)[4];
   size_t capacity;
   float opacity_step; // the first
-  int part; // of the pixels, that this step takes
+  int part;           // of the pixels, that this step takes
   double loss[VT_LANES];
 } fit_job;
 
 // What a chord wants of its cell, to the cell's corners.
-static void scatter(const vt_level *cells, const vt_chord *chords, size_t count, float (*inside)[4], float (*gradient)[4],
-                    float *sums) {
+static void scatter(const vt_level *cells, const vt_chord *chords, size_t count, float (*inside)[4],
+                    float (*gradient)[4], float *sums) {
   for (size_t k = 0; k < count; k++) {
     const uint32_t *corner = cells->corner_of + 8 * (size_t)chords[k].cell;
     float4 g = *(const float4 *)(const void *)gradient[k];
@@ -117,14 +127,15 @@ static void visit(void *user, const vt_swept_ray *ray) {
   if ((ray->x + ray->y) % job->desc->parts != job->part) return;
   size_t first = job->capacity * (size_t)ray->lane;
   vt_fit_scratch scratch = {{job->along + first, job->inside + first, job->value + first, job->log_ratio + first},
-                            job->depth + first, job->gradient + first};
+                            job->depth + first,
+                            job->gradient + first};
   vt_ray world = vt_camera_ray(&job->rays->views->cameras[ray->view], ray->x + 0.5, ray->y + 0.5);
   float a = (float)ray->pixel[3] / 255.0f, target[4] = {0, 0, 0, a};
   for (int c = 0; c < 3; c++) target[c] = a * (float)ray->pixel[c] / 255.0f;
   float *sums = job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane;
-  job->loss[ray->lane] += (double)vt_field_gradient(job->rays->octree, job->rays->level, &world, ray->chords, ray->chord_count,
-                                                    job->views[ray->view], job->textures ? job->view_count[ray->view] : 0,
-                                                    target, &scratch, sums);
+  job->loss[ray->lane] += (double)vt_field_gradient(
+      job->rays->octree, job->rays->level, &world, ray->chords, ray->chord_count, job->views[ray->view],
+      job->textures ? job->view_count[ray->view] : 0, target, &scratch, sums);
 }
 
 typedef struct adam_job {
@@ -155,8 +166,8 @@ static void step_some(void *user, size_t begin, size_t end, int worker) {
   }
 }
 
-// Those that stand in for a photograph: the nearest others, and itself with a share that is negative. VT_MAX_BLEND_VIEWS is
-// room enough, since neighbours are fewer.
+// Those that stand in for a photograph: the nearest others, and itself with a share that is negative.
+// VT_MAX_BLEND_VIEWS is room enough, since neighbours are fewer.
 static int choose_stand_ins(const fit_job *job, const vt_view_textures *textures, int view, vt_field_view *out) {
   const vt_camera *cameras = job->tree->cameras;
   int left_out = job->desc->left_out ? job->desc->left_out[view] : view;
@@ -179,7 +190,8 @@ static vt_status renew_textures(vt_context *context, fit_job *job, vt_view_textu
   vt_status status = vt_make_view_textures(context, job->rays, job->desc->ratio_limit, textures);
   if (status) return status;
   job->textures = textures;
-  for (int v = 0; v < job->tree->view_count; v++) job->view_count[v] = choose_stand_ins(job, textures, v, job->views[v]);
+  for (int v = 0; v < job->tree->view_count; v++)
+    job->view_count[v] = choose_stand_ins(job, textures, v, job->views[v]);
   return VT_OK;
 }
 
@@ -190,11 +202,15 @@ static float share_done(const vt_fit_desc *desc, int step, int step_count) {
   return (float)fmin(done, 1);
 }
 
+static bool is_late(const vt_fit_desc *desc) {
+  return desc->deadline > 0 && vt_seconds() > desc->deadline;
+}
+
 static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, int *chosen, int epoch, int batches) {
   const vt_fit_desc *desc = job->desc;
   int views = job->rays->views->count, steps = batches * desc->parts;
   int jump = batches > 4 && batches % 7 ? 7 : 1; // views that follow each other in the list are often neighbours
-  for (int i = 0; i < steps; i++) {
+  for (int i = 0; i < steps && !is_late(desc); i++) {
     int count = 0, step = epoch * steps + i, batch = i % batches;
     job->part = i / batches;
     for (int v = batch * jump % batches; v < views; v += batches) chosen[count++] = v;
@@ -212,13 +228,14 @@ static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, in
   return VT_OK;
 }
 
-static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, vt_view_textures *textures, int *chosen) {
+static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, vt_view_textures *textures,
+                            int *chosen) {
   const vt_fit_desc *desc = job->desc;
   int views = job->rays->views->count, batches = desc->batch_count < views ? desc->batch_count : views;
   vt_status status = VT_OK;
   for (int epoch = 0; epoch < desc->epochs && !status; epoch++) {
-    if (desc->deadline > 0 && vt_seconds() > desc->deadline) break;
     double loss = 0;
+    if (is_late(desc)) break;
     if (desc->neighbours) status = renew_textures(context, job, textures);
     for (int lane = 0; lane < VT_LANES; lane++) job->loss[lane] = 0;
     if (!status) status = run_epoch(context, job, adam, chosen, epoch, batches);
@@ -228,35 +245,48 @@ static vt_status run_epochs(vt_context *context, fit_job *job, adam_job *adam, v
   return status;
 }
 
-// No more than a share of the depth that a usual corner has, each counted by its own depth: in thin volumes, where all of a cell
-// is 0.06 deep, steps of 0.05 leave noise behind (blobs_64, held-out photographs: 43.7 dB, and 48.2 dB with a quarter of it).
+// No more than a share of the depth that a usual corner has, each counted by its own depth: in thin volumes, where all
+// of a cell is 0.06 deep, steps of 0.05 leave noise behind (blobs_64, held-out photographs: 43.7 dB, and 48.2 dB with a
+// quarter of it).
 static float first_step(const vt_fit_desc *desc, const vt_level *cells) {
   double sum = 0, squares = 0;
   for (size_t i = 0; i < cells->corner_count; i++) {
     double s = (double)cells->corner_values[4 * i];
     sum += s, squares += s * s;
   }
-  return sum > 0 ? (float)fmin((double)desc->opacity_step, (double)desc->opacity_share * squares / sum) : desc->opacity_step;
+  return sum > 0 ? (float)fmin((double)desc->opacity_step, (double)desc->opacity_share * squares / sum)
+                 : desc->opacity_step;
 }
 
-vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree, vt_level *cells) {
-  VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1 && desc->parts >= 1);
-  VT_ASSERT(desc->neighbours >= 0 && desc->neighbours < VT_MAX_BLEND_VIEWS && desc->own_share < 1 && tree->view_count == rays->views->count);
+vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_rays *rays, const vt_tree *tree,
+                       vt_level *cells) {
+  VT_ASSERT(desc->cookie == VT_COOKIE && desc->epochs >= 0 && desc->batch_count >= 1 && desc->ratio_limit >= 1 &&
+            desc->parts >= 1);
+  VT_ASSERT(desc->neighbours >= 0 && desc->neighbours < VT_MAX_BLEND_VIEWS && desc->own_share < 1 &&
+            tree->view_count == rays->views->count);
   size_t corners = cells->corner_count, max = vt_max_segments(cells), views = (size_t)rays->views->count;
   if (!corners || !desc->epochs) return VT_OK;
-  fit_job job = {.desc = desc, .rays = rays, .tree = tree, .cells = cells, .capacity = max,
+  fit_job job = {.desc = desc,
+                 .rays = rays,
+                 .tree = tree,
+                 .cells = cells,
+                 .capacity = max,
                  .opacity_step = first_step(desc, cells)};
   job.sums = VT_NEW(context, float, 4 * corners * VT_LANES);
-  job.along = VT_NEW(context, float, max * VT_LANES);
-  job.log_ratio = VT_NEW(context, float, max * VT_LANES);
-  job.depth = VT_NEW(context, float, max * VT_LANES);
+  job.along = VT_NEW(context, float, max *VT_LANES);
+  job.log_ratio = VT_NEW(context, float, max *VT_LANES);
+  job.depth = VT_NEW(context, float, max *VT_LANES);
   job.inside = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
   job.value = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
   job.gradient = vt_alloc(context, max * VT_LANES, sizeof(float[4]));
   job.views = vt_alloc(context, views, sizeof *job.views);
   job.view_count = VT_NEW(context, int, views);
-  adam_job adam = {.values = cells->corner_values, .lanes = job.sums, .corners = corners, .largest = desc->largest,
-                   .first = vt_alloc(context, corners, sizeof(float[4])), .second = vt_alloc(context, corners, sizeof(float[4]))};
+  adam_job adam = {.values = cells->corner_values,
+                   .lanes = job.sums,
+                   .corners = corners,
+                   .largest = desc->largest,
+                   .first = vt_alloc(context, corners, sizeof(float[4])),
+                   .second = vt_alloc(context, corners, sizeof(float[4]))};
   int *chosen = VT_NEW(context, int, views);
   vt_view_textures textures = {0};
   vt_status status = VT_OUT_OF_MEMORY;
@@ -264,8 +294,8 @@ vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_ra
       job.view_count && adam.first && adam.second && chosen)
     status = run_epochs(context, &job, &adam, &textures, chosen);
   vt_free_view_textures(context, &textures);
-  void *blocks[] = {chosen, adam.second, adam.first, job.view_count, job.views, job.gradient, job.value, job.inside, job.depth,
-                    job.log_ratio, job.along, job.sums};
+  void *blocks[] = {chosen,    adam.second, adam.first, job.view_count, job.views, job.gradient,
+                    job.value, job.inside,  job.depth,  job.log_ratio,  job.along, job.sums};
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(context, blocks[i]);
   return status;
 }

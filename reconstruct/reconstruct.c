@@ -56,7 +56,7 @@ static int default_leaf_level(const vt_run *r) {
 }
 
 static vt_status make_all_levels(vt_run *r) {
-  double seconds_per_cell = 0; // of the last level, by cells of its hull
+  double seconds_before = 0; // of the level before
   for (int level = 0; level <= r->leaf; level++) {
     double start = vt_seconds();
     vt_status status = vt_begin_level(r, level);
@@ -70,13 +70,14 @@ static vt_status make_all_levels(vt_run *r) {
       vt_free_level(r->context, &r->tree->octree.levels[level]);
       return VT_OK;
     }
-    if (level > 3 && level < r->leaf && !vt_time_is_left(r, level, seconds_per_cell)) r->leaf = level;
+    if (level > 3 && level < r->leaf && !vt_time_is_left(r, level, seconds_before)) r->leaf = level;
     r->bytes_before = vt_bytes_in_use(r->context);
     r->report->seconds_hull += vt_seconds() - start;
     r->tree->octree.level_count = level + 1;
     status = vt_run_level(r, level);
     if (status) return status;
-    seconds_per_cell = (vt_seconds() - start) / cells;
+    seconds_before = vt_seconds() - start;
+    r->seconds_after_fit = vt_seconds() - r->fitted;
     if (!r->tree->octree.levels[level].cell_count) { // pruned to nothing: the level before shows what there is
       r->tree->octree.level_count = level;
       vt_free_level(r->context, &r->tree->octree.levels[level]);

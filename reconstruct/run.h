@@ -30,6 +30,7 @@ typedef struct vt_run {
   vt_tree *tree;
   vt_reconstruct_report *report;
   double start, root_pixels; // root_pixels: size of the root's edge in the photographs
+  double fitted, seconds_after_fit; // when the last level's fit ended, and how long the level took from there
   int least_seen;            // a cell in the frames of fewer photographs is not believed
   int leaf;                  // the last level that is to be made
   int bare_epochs;           // opacity alone: of a fit of the last level's corners, without view textures; 0: cells are enough
@@ -56,7 +57,7 @@ vt_status vt_solve_opacity_levels(vt_run *);        // opacity alone of the leve
 uint64_t vt_ray_bound(const vt_run *);              // bytes of chords that may be kept
 uint64_t vt_level_bytes(const vt_run *, uint64_t hull_cells); // that a level will take, about
 vt_status vt_plan_next_level(vt_run *, int level, const vt_rays *); // sets split, or leaf where memory ends
-bool vt_time_is_left(const vt_run *, int level, double seconds_per_cell); // for the level after one whose hull is known
+bool vt_time_is_left(const vt_run *, int level, double seconds_before); // for the level after one whose hull is known
 
 #ifdef __cplusplus
 }

@@ -11,6 +11,8 @@
 
 #include <string.h>
 
+#define TAIL_GROWTH 3 // of the seconds after a level's fit, from level to level
+
 vt_status vt_begin_level(vt_run *r, int level) {
   vt_octree *octree = &r->tree->octree;
   if (level) {
@@ -142,7 +144,7 @@ static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
   else fit.own_share = 0;
   if (r->desc->time_budget > 0) {
     fit.begun = vt_seconds();
-    fit.deadline = r->start + 0.9 * r->desc->time_budget;
+    fit.deadline = r->start + 0.97 * r->desc->time_budget - TAIL_GROWTH * r->seconds_after_fit;
   }
   vt_status status = vt_make_corners(r->context, r->tree->octree.branching, cells);
   if (!status) status = vt_corners_from_cells(r->context, cells);
@@ -162,7 +164,7 @@ static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
   double coloured = vt_seconds();
   if (!status && r->recipe.field) status = fit_level(r, level, rays);
   if (!status && r->recipe.field && level == r->leaf) status = prune_level(r, level, rays); // what the fit has emptied
-  double fitted = vt_seconds();
+  double fitted = r->fitted = vt_seconds();
   if (!status && level < r->leaf) status = vt_plan_next_level(r, level, rays);
   r->report->seconds_opacity += solved - start + (vt_seconds() - fitted);
   r->report->seconds_colour += coloured - solved;
