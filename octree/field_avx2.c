@@ -69,6 +69,13 @@ OP void interpolate(const vt_level *cells, uint32_t cell, const float inside[4],
   _mm_storeu_ps(value, _mm_add_ps(low, _mm_mul_ps(_mm_sub_ps(high, low), share)));
 }
 
+#define AHEAD 6 // chords, as far ahead as memory takes to answer
+
+OP void prefetch_corners(const vt_level *cells, uint32_t cell) {
+  const uint32_t *corner = cells->corner_of + 8 * (size_t)cell;
+  for (int i = 0; i < 8; i++) _mm_prefetch((const char *)(cells->corner_values + 4 * (size_t)corner[i]), _MM_HINT_T0);
+}
+
 OP void find_middles(const vt_level *cells, const vt_field_ray *ray, const vt_chord *chords, size_t count,
                      vt_field_samples *out) {
   size_t k = 0;
@@ -88,7 +95,10 @@ TARGET void vt_sample_field_avx2(const vt_level *cells, const vt_field_ray *ray,
     for (size_t k = 0; k < count; k++) _mm_prefetch((const char *)(cells->corner_of + 8 * (size_t)chords[k].cell), _MM_HINT_T0);
   find_middles(cells, ray, chords, count, out);
   if (cells->corner_count)
-    for (size_t k = 0; k < count; k++) interpolate(cells, chords[k].cell, out->inside[k], out->value[k]);
+    for (size_t k = 0; k < count; k++) {
+      if (k + AHEAD < count) prefetch_corners(cells, chords[k + AHEAD].cell);
+      interpolate(cells, chords[k].cell, out->inside[k], out->value[k]);
+    }
   else
     for (size_t k = 0; k < count; k++) {
       size_t cell = chords[k].cell;

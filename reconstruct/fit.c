@@ -28,6 +28,8 @@
 #include "base/fast_exp.h"
 #include "reconstruct/view_textures.h"
 
+#include <string.h>
+
 vt_fit_desc vt_default_fit_desc(void) {
   return (vt_fit_desc){.cookie = VT_COOKIE,
                        .epochs = 1,
@@ -73,6 +75,8 @@ float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const
 
 typedef float float4 __attribute__((vector_size(16), aligned(4)));
 
+#define CHORDS_AHEAD 6   // what a chord will want of memory is asked for so many chords before
+
 typedef struct fit_job {
   const vt_fit_desc *desc;
   const vt_rays *rays;
@@ -82,32 +86,40 @@ typedef struct fit_job {
   vt_field_view (*views)[VT_MAX_BLEND_VIEWS]; // [photographs] the others that predict it
   int *view_count;                            // [photographs]
   float *sums;                                // [VT_LANES][corners][4]
+  uint8_t *touched;                           // [VT_LANES][blocks]
+  size_t blocks;
   float *along, *log_ratio, *depth;           // [VT_LANES][capacity]
   float (*inside)[4], (*value)[4], (*gradient)[4];
   size_t capacity;
   float opacity_step; // the first
-  int part;           // of the pixels, that this step takes
   double loss[VT_LANES];
 } fit_job;
 
+static inline void ask_for_sums(const vt_level *cells, uint32_t cell, const float *sums) {
+  const uint32_t *corner = cells->corner_of + 8 * (size_t)cell;
+  for (int i = 0; i < 8; i++) __builtin_prefetch(sums + 4 * (size_t)corner[i], 1);
+}
+
 // What a chord wants of its cell, to the cell's corners.
 static void scatter(const vt_level *cells, const vt_chord *chords, size_t count, float (*inside)[4],
-                    float (*gradient)[4], float *sums) {
+                    float (*gradient)[4], float *sums, uint8_t *touched) {
   for (size_t k = 0; k < count; k++) {
     const uint32_t *corner = cells->corner_of + 8 * (size_t)chords[k].cell;
+    if (k + CHORDS_AHEAD < count) ask_for_sums(cells, chords[k + CHORDS_AHEAD].cell, sums);
     float4 g = *(const float4 *)(const void *)gradient[k];
     float x = inside[k][0], y = inside[k][1], z = inside[k][2];
     for (int i = 0; i < 8; i++) {
       float share = (i & 1 ? x : 1 - x) * (i & 2 ? y : 1 - y) * (i & 4 ? z : 1 - z);
       float4 *sum = (float4 *)(void *)(sums + 4 * (size_t)corner[i]);
       *sum += g * share;
+      touched[corner[i] / VT_FIT_BLOCK] = 1;
     }
   }
 }
 
 float vt_field_gradient(const vt_octree *octree, int level, const vt_ray *ray, const vt_chord *chords, size_t count,
                         const vt_field_view *views, int view_count, const float target[4], vt_fit_scratch *scratch,
-                        float *sums) {
+                        float *sums, uint8_t *touched) {
   vt_field_samples *s = &scratch->samples;
   vt_sample_field(octree, level, ray, chords, count, s);
   if (view_count) vt_sample_ratios(octree, level, ray, views, view_count, count, s);
@@ -118,13 +130,12 @@ float vt_field_gradient(const vt_octree *octree, int level, const vt_ray *ray, c
   }
   float loss = vt_ray_gradient(scratch->depth, s->value, count, target, scratch->gradient);
   for (size_t k = 0; k < count; k++) scratch->gradient[k][0] *= s->log_ratio[k];
-  scatter(&octree->levels[level], chords, count, s->inside, scratch->gradient, sums);
+  scatter(&octree->levels[level], chords, count, s->inside, scratch->gradient, sums, touched);
   return loss;
 }
 
 static void visit(void *user, const vt_swept_ray *ray) {
   fit_job *job = user;
-  if ((ray->x + ray->y) % job->desc->parts != job->part) return;
   size_t first = job->capacity * (size_t)ray->lane;
   vt_fit_scratch scratch = {{job->along + first, job->inside + first, job->value + first, job->log_ratio + first},
                             job->depth + first,
@@ -135,34 +146,57 @@ static void visit(void *user, const vt_swept_ray *ray) {
   float *sums = job->sums + 4 * (size_t)job->cells->corner_count * (size_t)ray->lane;
   job->loss[ray->lane] += (double)vt_field_gradient(
       job->rays->octree, job->rays->level, &world, ray->chords, ray->chord_count, job->views[ray->view],
-      job->textures ? job->view_count[ray->view] : 0, target, &scratch, sums);
+      job->textures ? job->view_count[ray->view] : 0, target, &scratch, sums,
+      job->touched + job->blocks * (size_t)ray->lane);
 }
 
 typedef struct adam_job {
   float *values, *lanes;
-  size_t corners;
+  uint8_t *touched; // [VT_LANES][blocks]
+  size_t corners, blocks;
   float (*first)[4], (*second)[4]; // moments [corners][4]
   float bias_first, bias_second, opacity_step, colour_step, largest;
 } adam_job;
 
+// From those lanes alone that have something to say of the block: of a step's pixels most lanes meet an eighth of the tree.
+static void take_gradient(adam_job *job, size_t block, size_t count, float *restrict g) {
+  memset(g, 0, count * sizeof *g);
+  for (size_t lane = 0; lane < VT_LANES; lane++) {
+    if (!job->touched[lane * job->blocks + block]) continue;
+    float *restrict from = job->lanes + 4 * (lane * job->corners + block * VT_FIT_BLOCK);
+    for (size_t i = 0; i < count; i++) g[i] += from[i];
+    memset(from, 0, count * sizeof *from);
+    job->touched[lane * job->blocks + block] = 0;
+  }
+}
+
+// Of `count` numbers side by side, so that a compiler takes them by registers.
+static void step_block(const adam_job *job, size_t count, const float *restrict g, const float *restrict step,
+                       const float *restrict top, float *restrict m, float *restrict v, float *restrict x) {
+  float first = job->bias_first, second = job->bias_second;
+  for (size_t i = 0; i < count; i++) {
+    m[i] = 0.9f * m[i] + 0.1f * g[i];
+    v[i] = 0.99f * v[i] + 0.01f * g[i] * g[i];
+    float moved = x[i] - step[i] * (m[i] * first / (sqrtf(v[i] * second) + 1e-8f));
+    moved = moved < 0 ? 0 : moved;
+    moved = moved > top[i] ? top[i] : moved;
+    x[i] = v[i] > 1e-20f ? moved : x[i];
+  }
+}
+
 static void step_some(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   adam_job *job = user;
-  for (size_t corner = begin; corner < end; corner++) {
-    float g[4] = {0, 0, 0, 0};
-    for (size_t lane = 0; lane < VT_LANES; lane++) {
-      float *from = job->lanes + 4 * (lane * job->corners + corner);
-      for (int i = 0; i < 4; i++) g[i] += from[i], from[i] = 0;
-    }
-    for (int i = 0; i < 4; i++) {
-      float *m = &job->first[corner][i], *v = &job->second[corner][i], *x = &job->values[4 * corner + (size_t)i];
-      *m = 0.9f * *m + 0.1f * g[i];
-      *v = 0.99f * *v + 0.01f * g[i] * g[i];
-      if (!(*v > 1e-20f)) continue;
-      float move = *m * job->bias_first / (sqrtf(*v * job->bias_second) + 1e-8f);
-      float moved = *x - (i ? job->colour_step : job->opacity_step) * move, top = i ? 1 : job->largest;
-      *x = moved < 0 ? 0 : moved > top ? top : moved;
-    }
+  float step[4 * VT_FIT_BLOCK], top[4 * VT_FIT_BLOCK], g[4 * VT_FIT_BLOCK];
+  for (size_t i = 0; i < 4 * VT_FIT_BLOCK; i++) {
+    step[i] = i % 4 ? job->colour_step : job->opacity_step;
+    top[i] = i % 4 ? 1 : job->largest;
+  }
+  for (size_t block = begin; block < end; block++) {
+    size_t corner = block * VT_FIT_BLOCK, left = job->corners - corner;
+    size_t count = 4 * (left < VT_FIT_BLOCK ? left : VT_FIT_BLOCK);
+    take_gradient(job, block, count, g);
+    step_block(job, count, g, step, top, job->first[corner], job->second[corner], job->values + 4 * corner);
   }
 }
 
@@ -212,16 +246,15 @@ static vt_status run_epoch(vt_context *context, fit_job *job, adam_job *adam, in
   int jump = batches > 4 && batches % 7 ? 7 : 1; // views that follow each other in the list are often neighbours
   for (int i = 0; i < steps && !is_late(desc); i++) {
     int count = 0, step = epoch * steps + i, batch = i % batches;
-    job->part = i / batches;
     for (int v = batch * jump % batches; v < views; v += batches) chosen[count++] = v;
-    vt_status status = vt_sweep_rays(context, job->rays, chosen, count, visit, job);
+    vt_status status = vt_sweep_part(context, job->rays, chosen, count, desc->parts, i / batches, visit, job);
     if (status) return status;
     float decay = powf(desc->last_step_share, share_done(desc, step, steps * desc->epochs));
     adam->opacity_step = job->opacity_step * decay;
     adam->colour_step = desc->colour_step * decay;
     adam->bias_first = (float)(1 / (1 - pow(0.9, step + 1)));
     adam->bias_second = (float)(1 / (1 - pow(0.99, step + 1)));
-    status = vt_parallel(context, adam->corners, 4096, step_some, adam);
+    status = vt_parallel(context, adam->blocks, 128, step_some, adam);
     if (status) return status;
     vt_progress(context, "fit", (step + 1.0) / (steps * desc->epochs));
   }
@@ -273,6 +306,8 @@ vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_ra
                  .capacity = max,
                  .opacity_step = first_step(desc, cells)};
   job.sums = VT_NEW(context, float, 4 * corners * VT_LANES);
+  job.blocks = (corners + VT_FIT_BLOCK - 1) / VT_FIT_BLOCK;
+  job.touched = VT_NEW(context, uint8_t, job.blocks * VT_LANES);
   job.along = VT_NEW(context, float, max *VT_LANES);
   job.log_ratio = VT_NEW(context, float, max *VT_LANES);
   job.depth = VT_NEW(context, float, max *VT_LANES);
@@ -283,19 +318,21 @@ vt_status vt_fit_field(vt_context *context, const vt_fit_desc *desc, const vt_ra
   job.view_count = VT_NEW(context, int, views);
   adam_job adam = {.values = cells->corner_values,
                    .lanes = job.sums,
+                   .touched = job.touched,
                    .corners = corners,
+                   .blocks = job.blocks,
                    .largest = desc->largest,
                    .first = vt_alloc(context, corners, sizeof(float[4])),
                    .second = vt_alloc(context, corners, sizeof(float[4]))};
   int *chosen = VT_NEW(context, int, views);
   vt_view_textures textures = {0};
   vt_status status = VT_OUT_OF_MEMORY;
-  if (job.sums && job.along && job.log_ratio && job.depth && job.inside && job.value && job.gradient && job.views &&
+  if (job.sums && job.touched && job.along && job.log_ratio && job.depth && job.inside && job.value && job.gradient && job.views &&
       job.view_count && adam.first && adam.second && chosen)
     status = run_epochs(context, &job, &adam, &textures, chosen);
   vt_free_view_textures(context, &textures);
   void *blocks[] = {chosen,    adam.second, adam.first, job.view_count, job.views, job.gradient,
-                    job.value, job.inside,  job.depth,  job.log_ratio,  job.along, job.sums};
+                    job.value, job.inside,  job.depth,  job.log_ratio,  job.along, job.touched, job.sums};
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(context, blocks[i]);
   return status;
 }

@@ -39,13 +39,15 @@ float vt_ray_gradient(const float *depth, float (*value)[4], size_t count, const
                       float (*gradient)[4]);
 
 // The same for one ray of a field: adds to sums [corner_count][4] the gradient of the loss by the corners' values, the
-// ratios of the views' textures held still. view_count 0: the bare field.
+// ratios of the views' textures held still, and sets touched[corner / VT_FIT_BLOCK]. view_count 0: the bare field.
+#define VT_FIT_BLOCK 32 // corners whose numbers follow each other lie together
 typedef struct vt_fit_scratch { // each of `count` entries at least
   vt_field_samples samples;
   float *depth, (*gradient)[4];
 } vt_fit_scratch;
 float vt_field_gradient(const vt_octree *, int level, const vt_ray *, const vt_chord *, size_t count, const vt_field_view *views,
-                        int view_count, const float premultiplied_rgba[4], vt_fit_scratch *, float *sums);
+                        int view_count, const float premultiplied_rgba[4], vt_fit_scratch *, float *sums,
+                        uint8_t *touched);
 
 #ifdef __cplusplus
 }

@@ -153,12 +153,25 @@ static vt_status fit_level(vt_run *r, int level, const vt_rays *rays) {
   return status;
 }
 
+static vt_status collect_rays(vt_run *r, int level, const vt_reduced_views *reduced, vt_rays *out) {
+  int coarse = vt_coarse_level_for(r, level, reduced->factor);
+  return vt_collect_rays(r->context, &r->tree->octree, level, coarse, reduced, vt_ray_bound(r), out);
+}
+
+// The hull's chords were too many to be kept; those of the cells that are left, half as many, may not be.
+static vt_status collect_again(vt_run *r, int level, vt_rays *rays) {
+  const vt_reduced_views *reduced = rays->views;
+  vt_free_rays(r->context, rays);
+  return collect_rays(r, level, reduced, rays);
+}
+
 // Opacity and colour of a level whose rays are there.
 static vt_status solve_level(vt_run *r, int level, vt_rays *rays) {
   vt_level *cells = &r->tree->octree.levels[level];
   double start = vt_seconds();
   vt_status status = vt_estimate_level(r, level, rays);
   if (!status && level == r->leaf) status = prune_level(r, level, rays);
+  if (!status && level == r->leaf && !rays->kept) status = collect_again(r, level, rays);
   double solved = vt_seconds();
   if (!status) status = vt_estimate_colour(r->context, rays, cells);
   double coloured = vt_seconds();
@@ -258,8 +271,7 @@ vt_status vt_run_level(vt_run *r, int level) {
   if (status) return status;
   double walk = vt_seconds();
   vt_rays rays;
-  status = vt_collect_rays(context, octree, level, vt_coarse_level_for(r, level, reduced.factor), &reduced, vt_ray_bound(r),
-                           &rays);
+  status = collect_rays(r, level, &reduced, &rays);
   r->report->seconds_rays += vt_seconds() - walk;
   if (!status) status = solve_level(r, level, &rays);
   report->cells = octree->levels[level].cell_count;

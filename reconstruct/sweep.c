@@ -36,6 +36,7 @@ typedef vt_status (*walk_visitor)(void *user, const vt_swept_ray *);
 typedef struct packet {
   const vt_rays *rays;
   int lane, view, y, count;
+  int parts, part; // only pixels with (x + y) mod parts = part
   int x[VT_PACKET_RAYS];
   walk_visitor visit;
   void *user;
@@ -70,6 +71,7 @@ static vt_status walk_row(packet *p, int stride) {
       x = x / VT_BLOCK_PIXELS * VT_BLOCK_PIXELS + VT_BLOCK_PIXELS - stride; // the block's last
       continue;
     }
+    if ((x + p->y) % p->parts != p->part) continue;
     if (ignored && ignored[x]) continue; // what stands there says nothing
     p->x[p->count++] = x;
     vt_status status = p->count == VT_PACKET_RAYS ? walk_packet(p) : VT_OK;
@@ -78,11 +80,10 @@ static vt_status walk_row(packet *p, int stride) {
   return p->count ? walk_packet(p) : VT_OK;
 }
 
-// Walks the rays of one view that belong to a lane: all of them, or a sample of one in `stride` along each axis.
-static vt_status walk_view(const vt_rays *rays, int lane, int view, int stride, walk_visitor visit, void *user) {
-  packet p = {.rays = rays, .lane = lane, .view = view, .visit = visit, .user = user};
-  int height = rays->views->pictures[view].height;
-  for (int band = (lane - view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < height; band += VT_LANES)
+// Walks the rays of the packet's view that belong to its lane: all of them, or a sample of one in `stride` along each axis.
+static vt_status walk_view(packet p, int stride) {
+  int height = p.rays->views->pictures[p.view].height;
+  for (int band = (p.lane - p.view % VT_LANES + VT_LANES) % VT_LANES; band * BAND_ROWS < height; band += VT_LANES)
     for (p.y = band * BAND_ROWS; p.y < (band + 1) * BAND_ROWS && p.y < height; p.y += stride) {
       vt_status status = walk_row(&p, stride);
       if (status) return status;
@@ -135,7 +136,8 @@ static vt_status count_ray(void *user, const vt_swept_ray *ray) {
 static vt_status reserve_lane(collect_job *job, int lane_number) {
   size_t counts[2] = {0, 0};
   for (int view = 0; view < job->rays->views->count; view++)
-    (void)walk_view(job->rays, lane_number, view, BAND_ROWS, count_ray, counts);
+    (void)walk_view((packet){.rays = job->rays, .lane = lane_number, .view = view, .parts = 1, .visit = count_ray, .user = counts},
+                    BAND_ROWS);
   vt_ray_lane *lane = &job->rays->lanes[lane_number];
   size_t scale = BAND_ROWS * BAND_ROWS;
   return make_room(job, lane, counts[0] * scale + counts[0] + 4096, counts[1] * scale + counts[1] + 65536);
@@ -148,7 +150,8 @@ static void collect_lanes(void *user, size_t begin, size_t end, int worker) {
     vt_ray_lane *lane = &job->rays->lanes[i];
     job->status[i] = reserve_lane(job, (int)i);
     for (int view = 0; view < job->rays->views->count && !job->status[i]; view++) {
-      job->status[i] = walk_view(job->rays, (int)i, view, 1, keep_ray, job);
+      job->status[i] =
+          walk_view((packet){.rays = job->rays, .lane = (int)i, .view = view, .parts = 1, .visit = keep_ray, .user = job}, 1);
       lane->first_ray[view + 1] = lane->ray_count;
       lane->first_chord[view + 1] = lane->chord_count;
     }
@@ -284,7 +287,7 @@ void vt_renumber_rays(vt_context *context, vt_rays *rays, const uint32_t *new_in
 typedef struct sweep_job {
   const vt_rays *rays;
   const int *chosen;
-  int chosen_count;
+  int chosen_count, parts, part;
   vt_ray_visitor visit;
   void *user;
 } sweep_job;
@@ -302,7 +305,8 @@ static void sweep_kept(const sweep_job *job, int lane_number, int view) {
   for (size_t i = lane->first_ray[view]; i < lane->first_ray[view + 1]; i++) {
     const kept_ray *ray = &lane->rays[i];
     const uint8_t *pixel = picture->pixels + 4 * ((size_t)ray->y * (size_t)picture->width + ray->x);
-    job->visit(job->user, &(vt_swept_ray){lane_number, view, ray->x, ray->y, pixel, chords, ray->chord_count});
+    if ((ray->x + ray->y) % job->parts == job->part)
+      job->visit(job->user, &(vt_swept_ray){lane_number, view, ray->x, ray->y, pixel, chords, ray->chord_count});
     chords += ray->chord_count;
   }
 }
@@ -316,14 +320,27 @@ static void sweep_lanes(void *user, size_t begin, size_t end, int worker) {
       if (job->rays->kept)
         sweep_kept(job, lane, view);
       else
-        (void)walk_view(job->rays, lane, view, 1, pass_on, job);
+        (void)walk_view((packet){.rays = job->rays,
+                                 .lane = lane,
+                                 .view = view,
+                                 .parts = job->parts,
+                                 .part = job->part,
+                                 .visit = pass_on,
+                                 .user = job},
+                        1);
     }
+}
+
+vt_status vt_sweep_part(vt_context *context, const vt_rays *rays, const int *chosen, int chosen_count, int parts,
+                        int part, vt_ray_visitor visit, void *user) {
+  VT_ASSERT(parts >= 1 && part >= 0 && part < parts);
+  sweep_job job = {rays, chosen, chosen ? chosen_count : rays->views->count, parts, part, visit, user};
+  return vt_parallel(context, VT_LANES, 1, sweep_lanes, &job);
 }
 
 vt_status vt_sweep_rays(vt_context *context, const vt_rays *rays, const int *chosen, int chosen_count,
                         vt_ray_visitor visit, void *user) {
-  sweep_job job = {rays, chosen, chosen ? chosen_count : rays->views->count, visit, user};
-  return vt_parallel(context, VT_LANES, 1, sweep_lanes, &job);
+  return vt_sweep_part(context, rays, chosen, chosen_count, 1, 0, visit, user);
 }
 
 typedef struct add_job {

@@ -48,6 +48,10 @@ void vt_renumber_rays(vt_context *, vt_rays *, const uint32_t *new_index);
 vt_status vt_sweep_rays(vt_context *, const vt_rays *, const int *chosen, int chosen_count, vt_ray_visitor visit,
                         void *user);
 
+// Only the pixels with (x + y) mod parts = part, so that a photograph can be taken in several steps that each see all of it.
+vt_status vt_sweep_part(vt_context *, const vt_rays *, const int *chosen, int chosen_count, int parts, int part,
+                        vt_ray_visitor visit, void *user);
+
 // out[i] = sum over lanes of lanes[lane][i], and zeroes the lanes. lanes: [VT_LANES][count].
 vt_status vt_add_lanes(vt_context *, float *lanes, size_t count, float *out);
 

@@ -50,6 +50,7 @@ static void the_gradient_of_corners_agrees_with_finite_differences(void **state)
     views[v] = vt_aim_field_view(&tree.octree, LEVEL, &tree.cameras[v + 1], tree.view_textures[LEVEL].factor,
                                  &tree.view_textures[LEVEL].views[v + 1], 0.2f + 0.1f * v);
   float along[MOST], inside[MOST][4], value[MOST][4], log_ratio[MOST], depth[MOST], gradient[MOST][4];
+  uint8_t touched[64];
   vt_fit_scratch scratch = {{along, inside, value, log_ratio}, depth, gradient};
   assert_true(vt_max_segments(cells) <= MOST);
   float *sums = VT_NEW(context, float, 4 * cells->corner_count), *unused = VT_NEW(context, float, 4 * cells->corner_count);
@@ -64,14 +65,17 @@ static void the_gradient_of_corners_agrees_with_finite_differences(void **state)
     vt_walk_rays(&tree.octree, LEVEL, VT_WALK_PLAIN, &ray, 1, chords, MOST, &count);
     if (!count) continue;
     memset(sums, 0, 4 * cells->corner_count * sizeof(float));
-    vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, sums);
+    memset(touched, 0, sizeof touched);
+    assert_true(cells->corner_count <= sizeof touched * VT_FIT_BLOCK);
+    vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, sums, touched);
     for (size_t i = 0; i < 4 * (size_t)cells->corner_count; i++) {
+      assert_true(sums[i] == 0 || touched[i / 4 / VT_FIT_BLOCK]);
       if (sums[i] == 0 && trial > 5) continue; // a corner that the ray has nothing to do with
       float *x = &cells->corner_values[i], keep = *x, h = 1e-2f;
       *x = keep + h;
-      double up = vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, unused);
+      double up = vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, unused, touched);
       *x = keep - h;
-      double down = vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, unused);
+      double down = vt_field_gradient(&tree.octree, LEVEL, &ray, chords, count, views, view_count, target, &scratch, unused, touched);
       *x = keep;
       assert_close(sums[i], (up - down) / (2 * (double)h), 5e-4);
       largest = fmax(largest, fabs((double)sums[i]));
