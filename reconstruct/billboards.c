@@ -5,15 +5,13 @@
 // 1 - exp(-s_i R_v(p)): the cell's share of the photograph's optical depth (agreement.c), so that the cells of a ray
 // together show the photograph's matte. Its colour is the photograph's where the view sees the cell, and the cell's own
 // (which the views that do see it agreed on) where something stands before it, in proportion to the transmittance.
-// A tile is left out when the cell is hidden from its view and from the neighbouring ones [LRMDM06 3.2].
+// A tile is left out when the cell is hidden from its view [LRMDM06 3.2].
 
 #include "reconstruct/billboards.h"
 
 #include <string.h>
 
-#define MAX_NEIGHBOURS 8
-
-vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 4, 0, 10, 10}; }
+vt_billboard_desc vt_default_billboard_desc(void) { return (vt_billboard_desc){VT_COOKIE, true, 0.99, 0, 10, 10}; }
 
 typedef struct billboard_job {
   const vt_billboard_desc *desc;
@@ -22,30 +20,9 @@ typedef struct billboard_job {
   const vt_tree *tree;
   vt_tiles *tiles;
   int level;
-  int (*near)[MAX_NEIGHBOURS]; // [views] neighbouring views
-  int near_count;
   uint32_t *first; // [views + 1] number of the view's first tile
   int32_t (*corner)[2]; // [tiles] column and row of the first texel in the view's reduced picture
 } billboard_job;
-
-static void find_neighbours(const vt_tree *tree, int view, int count, int *near) {
-  double half = 0.5 * tree->octree.edge;
-  vt_vec3 middle = vt_add(tree->octree.origin, vt_v3(half, half, half));
-  vt_vec3 own = vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[view]), middle));
-  double cosine[MAX_NEIGHBOURS];
-  int found = 0;
-  for (int v = 0; v < tree->view_count; v++) {
-    double c = vt_dot(own, vt_normalise(vt_sub(vt_camera_centre(&tree->cameras[v]), middle)));
-    if (v == view || (found == count && cosine[count - 1] >= c)) continue;
-    int at = found < count ? found++ : count - 1;
-    for (; at > 0 && cosine[at - 1] < c; at--) {
-      cosine[at] = cosine[at - 1];
-      near[at] = near[at - 1];
-    }
-    cosine[at] = c;
-    near[at] = v;
-  }
-}
 
 static bool is_needed(const billboard_job *job, int view, size_t cell) {
   size_t cells = job->agreement->cell_count;
@@ -53,10 +30,7 @@ static bool is_needed(const billboard_job *job, int view, size_t cell) {
   int least = 1 + (int)(254 * (1 - job->desc->hidden_threshold));
   if (!visibility[(size_t)view * cells + cell]) return false;
   if (job->tree->octree.levels[job->level].optical_depth[cell] < job->desc->least_depth) return false;
-  if (!job->desc->prune || visibility[(size_t)view * cells + cell] > least) return true;
-  for (int i = 0; i < job->near_count; i++)
-    if (visibility[(size_t)job->near[view][i] * cells + cell] > least) return true;
-  return false;
+  return !job->desc->prune || visibility[(size_t)view * cells + cell] > least;
 }
 
 static void count_tiles(void *user, size_t begin, size_t end, int worker) {
@@ -129,18 +103,14 @@ vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc,
   vt_tiles *tiles = &tree->tiles[level];
   size_t cells = tree->octree.levels[level].cell_count, view_count = (size_t)views->count;
   vt_agreement agreement = {0};
-  billboard_job job = {desc, views, &agreement, tree, tiles, level, NULL, 0, NULL, NULL};
+  billboard_job job = {desc, views, &agreement, tree, tiles, level, NULL, NULL};
   vt_status status = vt_find_agreement(context, rays, desc->ratio_limit, &agreement);
   if (status) return status;
   *tiles = (vt_tiles){.view_count = views->count, .cell_count = (uint32_t)cells, .grid = views->factor};
   tiles->tile_of = VT_NEW(context, uint32_t, view_count * cells);
   job.first = VT_NEW(context, uint32_t, view_count + 1);
-  job.near = vt_alloc(context, view_count, sizeof *job.near);
-  status = tiles->tile_of && job.first && job.near ? VT_OK : VT_OUT_OF_MEMORY;
+  status = tiles->tile_of && job.first ? VT_OK : VT_OUT_OF_MEMORY;
   if (status) goto done;
-  job.near_count = desc->neighbours < views->count - 1 ? desc->neighbours : views->count - 1;
-  if (job.near_count > MAX_NEIGHBOURS) job.near_count = MAX_NEIGHBOURS;
-  for (int v = 0; v < views->count && job.near_count > 0; v++) find_neighbours(tree, v, job.near_count, job.near[v]);
   status = vt_parallel(context, view_count, 1, count_tiles, &job);
   for (size_t v = 0; v < view_count; v++) job.first[v + 1] += job.first[v];
   tiles->tile_count = job.first[view_count];
@@ -151,7 +121,6 @@ vt_status vt_make_billboards(vt_context *context, const vt_billboard_desc *desc,
   if (!status) status = vt_match_tiles(context, rays, &agreement, (const int32_t(*)[2])job.corner, desc->match_limit, tree, report);
 done:
   vt_free(context, job.corner);
-  vt_free(context, job.near);
   vt_free(context, job.first);
   vt_free_agreement(context, &agreement);
   if (status) vt_free_tiles(context, tiles);

@@ -16,7 +16,6 @@ typedef struct vt_billboard_desc {
   uint32_t cookie;
   bool prune;              // leave out what is hidden; false: a tile for every cell within a photograph's frame
   double hidden_threshold; // opacity before a cell from which on it is hidden
-  int neighbours;          // a tile stays if the cell shows in one of so many neighbouring views
   float least_depth;       // cells of a smaller optical depth show nothing and get no tile, >= 0
   float ratio_limit;       // largest factor by which a matte may thicken the cells on its ray, >= 1
   float match_limit;       // the same for the texels that the photograph's own pixels see, >= 1

@@ -36,7 +36,6 @@ vt_recipe vt_recipe_of(const vt_reconstruct_desc *desc) {
   r.field = false;
   r.opacity = vt_sart_opacity_desc();
   r.billboard.prune = desc->method == VT_METHOD_2006 && desc->prune_hidden;
-  r.billboard.neighbours = 0;
   double b = desc->method == VT_METHOD_2004 ? 3 : 2; // texels of a pixel; a level coarser, or finer
   r.pixels = desc->method == VT_METHOD_2004 ? 6.6 : 3.3; // of a pixel: a tile then holds a cell's projection
   if (desc->preset == VT_PRESET_DRAFT) r.pixels *= b;
