@@ -6,7 +6,7 @@
 #                             dev        gcc with address and undefined-behaviour sanitizers and heavy checks: all tests but
 #                                        those that measure whole runs for minutes
 #                             dev-clang  the same with clang: the nouns, the core, and what reads foreign bytes
-#                             bare       a C compiler alone: every test that needs nothing else, but those of minutes
+#                             bare       a C compiler alone: every test that needs nothing else, but the slowest
 #                             tsan       gcc with the thread sanitizer: the tests that choose their number of threads, but the slow ones
 #   ./test.sh --no-setup ...  installs nothing
 # Without a name all five. The last line is "N passed, N failed, N skipped", in test cases; exit code 0 if none failed.
@@ -56,7 +56,8 @@ run_preset() { # adds to the sums; complains and counts a failure where the pres
   # The thread sanitizer knows nothing of how foreign libraries wait for each other, so they stay out.
   tsan) configure=(-DVT_WITH_OPENIMAGEIO=OFF -DVT_WITH_OPENCV=OFF -DVT_WITH_OPENGL=OFF -DVT_WITH_SDL=OFF -DVT_WITH_EMBREE=OFF)
     choose=(-L threads -LE 'slow|bench|rules') ;;
-  dev | bare) choose=(-LE 'bench|rules') ;;
+  dev) choose=(-LE 'bench|rules') ;;
+  bare) choose=(-LE 'bench|rules' -E 'test_(opacity_hazards|synthetic_trees|truth)$') ;;
   dev-clang) choose=(-LE 'slow|bench|rules' -R 'test_(base|octree|ray|tree_file|composite|compress|fit|reconstruct|synthetic_mesh|capture_(bad|import|models|reading))') ;;
   esac
   local log=build/$preset/build.log
