@@ -153,8 +153,8 @@ static int switch_size(const vt_tree *tree, int coarse) {
   return low;
 }
 
-static vt_status put_switch(work *w, const vt_tree *tree, const char *name, double rms, double fine, double coarse) {
-  int leaf = vt_finest_level(tree), size = switch_size(tree, leaf - 1), count = 8;
+static vt_status put_switch(work *w, const vt_tree *tree, const char *name, int size, double rms, double fine, double coarse) {
+  int leaf = vt_finest_level(tree), count = 8;
   vt_camera cameras[MOST_VIEWS];
   vt_difference difference;
   vt_drawing a = {tree, paper_desc(leaf)}, b = {tree, paper_desc(leaf - 1)};
@@ -179,9 +179,12 @@ static vt_status put_switch(work *w, const vt_tree *tree, const char *name, doub
 
 static vt_status put_switches(work *w) {
   const specimen *s = w->specimen;
-  vt_status status = put_switch(w, &w->pruned, "octree", 24.56, s->fine, s->coarse);
-  if (!status) status = put_switch(w, &w->tri_grid, "tri-grid", 31.62, s->tri_fine, s->tri_coarse);
-  if (!status) status = put_switch(w, &w->best, "best", NAN, NAN, NAN);
+  int size = switch_size(&w->pruned, vt_finest_level(&w->pruned) - 1), own = switch_size(&w->best, vt_finest_level(&w->best) - 1);
+  int tri_size = switch_size(&w->tri_grid, vt_finest_level(&w->tri_grid) - 1);
+  vt_status status = put_switch(w, &w->pruned, "octree", size, 24.56, s->fine, s->coarse);
+  if (!status) status = put_switch(w, &w->tri_grid, "tri-grid", tri_size, 31.62, s->tri_fine, s->tri_coarse);
+  if (!status) status = put_switch(w, &w->best, "best, as far away as the octree,", size, NAN, NAN, NAN);
+  if (!status) status = put_switch(w, &w->best, "best, at its own distance,", own, NAN, NAN, NAN);
   step(w);
   return status;
 }
