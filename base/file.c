@@ -314,6 +314,19 @@ vt_status vt_list_folder(vt_context *context, const char *path, bool recursive, 
   return VT_OK;
 }
 
+int vt_find_sorted_name(const char *const *sorted, int count, const char *name) {
+  int low = 0, high = count;
+  while (low < high) {
+    int middle = low + (high - low) / 2, order = strcmp(name, sorted[middle]);
+    if (!order) return middle;
+    if (order < 0)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return -1;
+}
+
 void vt_free_names(vt_context *context, vt_names *names) {
   for (int i = 0; i < names->count; i++) vt_free(context, names->items[i]);
   vt_free(context, names->items);

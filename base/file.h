@@ -22,6 +22,8 @@ vt_status vt_make_folder(vt_context *, const char *path); // with its parents; n
 // Names (not paths) in a folder, without "." files; `recursive` gives relative paths of files below it.
 vt_status vt_list_folder(vt_context *, const char *path, bool recursive, vt_names *out);
 void vt_free_names(vt_context *, vt_names *);
+// Where a name stands in a list sorted by strcmp, -1: nowhere.
+int vt_find_sorted_name(const char *const *sorted, int count, const char *name);
 // "folder/name" (name alone if it is absolute or folder is ""). NULL only without memory. Free with vt_free.
 char *vt_join(vt_context *, const char *folder, const char *name);
 const char *vt_base_name(const char *path); // points into path

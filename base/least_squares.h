@@ -5,6 +5,8 @@
 
 #include "base/context.h"
 
+#include <math.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -21,6 +23,7 @@ typedef struct vt_parameter_group {
   int size;                   // >= 1
   const double *least, *most; // [size] bounds, or NULL: none
   bool constant;              // not to be changed
+  bool eliminated;            // solved for in terms of the others (Schur): many small groups, no two of them in one block
 } vt_parameter_group;
 
 typedef struct vt_residual_block {
@@ -48,6 +51,27 @@ typedef struct vt_least_squares_report {
   int iterations;
   bool converged;                  // false: stopped by `iterations`
 } vt_least_squares_report;
+
+// Huber's loss as a residual, for blocks whose residuals are not all to be softened alike: r' with r'^2 / 2 = the loss of r, which
+// is quadratic up to `width` and linear from there, and dr'/dr.
+static inline double vt_huber(double r, double width, double *slope) {
+  double size = fabs(r);
+  *slope = 1;
+  if (size <= width) return r;
+  double root = sqrt(width * (2 * size - width));
+  *slope = width / root;
+  return r < 0 ? -root : root;
+}
+// The same for the length of a residual in the plane, in place. map: d new / d old, row by row.
+static inline void vt_huber_plane(double r[2], double width, double map[4]) {
+  double size = sqrt(r[0] * r[0] + r[1] * r[1]), slope, along;
+  map[0] = map[3] = 1, map[1] = map[2] = 0;
+  if (size <= width) return;
+  along = vt_huber(size, width, &slope) / size;
+  double x = r[0] / size, y = r[1] / size, more = slope - along;
+  map[0] = along + more * x * x, map[1] = map[2] = more * x * y, map[3] = along + more * y * y;
+  r[0] *= along, r[1] *= along;
+}
 
 bool vt_can_solve_least_squares(void); // false in builds without Ceres
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Levenberg-Marquardt with a sparse Cholesky of the normal equations where Ceres has one, else with a dense one; bounds by
-// projection and a line search. A start outside its bounds is refused here, since Ceres would say so only in its log.
+// projection and a line search. Where groups are to be eliminated, the same of the Schur complement. A start outside its bounds is
+// refused here, since Ceres would say so only in its log.
 
 #include "base/least_squares.h"
 
@@ -81,17 +82,24 @@ void add_blocks(const vt_least_squares_desc *desc, const vt_parameter_group *gro
   }
 }
 
-ceres::Solver::Options options_of(const vt_least_squares_desc *desc) {
+ceres::Solver::Options options_of(const vt_least_squares_desc *desc, int group_count, const vt_parameter_group *groups) {
   ceres::Solver::Options options;
+  bool eliminates = false;
+  for (int g = 0; g < group_count; g++) eliminates = eliminates || groups[g].eliminated;
   options.max_num_iterations = desc->iterations;
   options.function_tolerance = desc->function_tolerance;
   options.gradient_tolerance = desc->gradient_tolerance;
   options.parameter_tolerance = desc->parameter_tolerance;
   options.num_threads = desc->thread_count;
   options.logging_type = ceres::SILENT;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.linear_solver_type = eliminates ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
   std::string error;
-  if (!options.IsValid(&error)) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  if (!options.IsValid(&error)) options.linear_solver_type = eliminates ? ceres::DENSE_SCHUR : ceres::DENSE_NORMAL_CHOLESKY;
+  if (eliminates) {
+    options.linear_solver_ordering.reset(new ceres::ParameterBlockOrdering);
+    for (int g = 0; g < group_count; g++)
+      options.linear_solver_ordering->AddElementToGroup(groups[g].values, groups[g].eliminated ? 0 : 1);
+  }
   return options;
 }
 
@@ -109,7 +117,7 @@ vt_status solve(vt_context *context, const vt_least_squares_desc *desc, const ch
   if (!problem.Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr, nullptr, nullptr) || !std::isfinite(cost))
     return vt_fail(context, VT_BAD_INPUT, "%s: its residuals cannot be computed at the start; start elsewhere", name);
   ceres::Solver::Summary summary;
-  ceres::Solve(options_of(desc), &problem, &summary);
+  ceres::Solve(options_of(desc, group_count, groups), &problem, &summary);
   report->initial_cost = summary.initial_cost;
   report->final_cost = summary.final_cost;
   report->iterations = static_cast<int>(summary.iterations.size()) - 1; // the first is the start

@@ -10,6 +10,7 @@ void vt_free_views(vt_context *context, vt_views *views) {
     vt_free_image(context, &views->items[i].ignored);
   }
   vt_free(context, views->items);
+  vt_free_tracks(context, &views->tracks);
   *views = (vt_views){0};
 }
 

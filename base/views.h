@@ -5,6 +5,7 @@
 
 #include "base/camera.h"
 #include "base/image.h"
+#include "base/tracks.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -37,11 +38,12 @@ typedef struct vt_views {
   int count;
   vt_view *items; // owned, each with its name and pictures
   vt_world world;
+  vt_tracks tracks; // what a calibration saw in several of the views; none where nobody says
 } vt_views;
 
 void vt_free_views(vt_context *, vt_views *);
 int vt_count_views(const vt_views *, vt_role);
-// A shallow choice: `out->items` is a new array (free it with vt_free only) whose names and pictures are borrowed.
+// A shallow choice: `out->items` is a new array (free it with vt_free only) whose names and pictures are borrowed; without tracks.
 vt_status vt_select_views(vt_context *, const vt_views *, vt_role, vt_views *out);
 // Gives every n-th VT_TRAIN view (the n-th, 2n-th, ...) the role VT_TEST. n < 2 changes nothing.
 void vt_hold_out(vt_views *, int n);

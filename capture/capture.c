@@ -8,6 +8,7 @@
 #include "capture/capture.h"
 #include "base/file.h"
 #include "base/image_file.h"
+#include "capture/adjust_lens.h"
 #include "capture/bundler.h"
 #include "capture/calibrate.h"
 #include "capture/check.h"
@@ -15,6 +16,7 @@
 #include "capture/develop.h"
 #include "capture/keep_views.h"
 #include "capture/masks.h"
+#include "capture/photo_tracks.h"
 #include "capture/transforms.h"
 #include "capture/unregistered.h"
 #include "capture/world.h"
@@ -160,6 +162,11 @@ static vt_status take_model(vt_context *context, vt_colmap_model *model, const c
     photo->rotation = image->rotation;
     photo->translation = image->translation;
     status = vt_fit_photo(context, photo, image->name);
+  }
+  for (size_t k = 0; k < model->landmarks.seen_count && !status && model->landmarks.pixels; k++) { // as the lens: of the file's size
+    int i = model->landmarks.seen_by[k];
+    model->landmarks.pixels[k][0] *= (float)photos->items[i].lens.width / (float)model->items[i].lens.width;
+    model->landmarks.pixels[k][1] *= (float)photos->items[i].lens.height / (float)model->items[i].lens.height;
   }
   report->photograph_count = model->count;
   for (int i = 0; i < names->count && !status; i++) {
@@ -347,6 +354,17 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
   return status;
 }
 
+// The tracks through the pictures as they were developed.
+static vt_status take_tracks(vt_context *context, const vt_photos *photos, vt_views *views) {
+  vt_camera *cameras = VT_NEW(context, vt_camera, (size_t)views->count + 1);
+  if (!cameras) return VT_OUT_OF_MEMORY;
+  for (int i = 0; i < views->count; i++) cameras[i] = views->items[i].camera;
+  vt_status status = vt_photo_tracks(context, photos, cameras, &views->tracks);
+  vt_free(context, cameras);
+  if (status) vt_free_views(context, views);
+  return status;
+}
+
 vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_views *out, vt_capture_report *or_null) {
   VT_ASSERT(desc && desc->cookie == VT_COOKIE && desc->source && desc->max_image_size >= 0);
   static const char *const kinds[] = {"transforms.json", "the COLMAP model", "colmap", "Bundler", "matrices"};
@@ -370,6 +388,7 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
   if (!status) status = vt_develop_or_take(context, desc, &s.photos, report, out);
   report->seconds_developing = vt_seconds() - start;
   if (!status) out->world = world;
+  if (!status) status = take_tracks(context, &s.photos, out);
   for (int i = 0; i < report->left_out_count && !status; i++)
     vt_log(context, VT_LOG_NORMAL, "left out: %s", report->left_out[i]);
   free_source(context, &s);

@@ -9,6 +9,7 @@
 
 #include "capture/colmap_model.h"
 #include "base/file.h"
+#include "capture/model_bytes.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -58,9 +59,8 @@ typedef struct frame_image { // rig_from_world of an image's frame
 typedef struct reader {
   vt_context *context;
   char *path; // of the file at hand, for messages
-  uint8_t *bytes;
-  size_t size, at;
-  bool binary, short_read; // short_read: something was asked for beyond the end
+  vt_cursor in;
+  bool binary;
   camera *cameras;
   int camera_count, camera_capacity;
   int image_capacity;
@@ -211,85 +211,55 @@ static vt_status add_frame_image(reader *r, double rig, double image, const pose
 
 // ---- binary
 
-static uint64_t take(reader *r, size_t bytes) { // little-endian, up to 8 bytes; 0 beyond the end
-  uint64_t value = 0;
-  if (r->size - r->at < bytes) {
-    r->short_read = true;
-    r->at = r->size;
-    return 0;
-  }
-  for (size_t i = 0; i < bytes; i++) value |= (uint64_t)r->bytes[r->at + i] << (8 * i);
-  r->at += bytes;
-  return value;
-}
-
-static double take_double(reader *r) {
-  uint64_t bits = take(r, 8);
-  double value;
-  memcpy(&value, &bits, 8);
-  return value;
-}
-
-static void pass(reader *r, uint64_t count, uint64_t bytes) { // bytes is small
-  if (count > (r->size - r->at) / bytes) {
-    r->short_read = true;
-    r->at = r->size;
-  } else {
-    r->at += (size_t)(count * bytes);
-  }
-}
-
 static vt_status read_cameras_binary(reader *r, vt_colmap_model *model) {
   (void)model;
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
     double parameters[16] = {0};
-    uint32_t id = (uint32_t)take(r, 4), kind = (uint32_t)take(r, 4);
-    double width = (double)take(r, 8), height = (double)take(r, 8);
-    if (r->short_read) break;
+    uint32_t id = (uint32_t)vt_take(&r->in, 4), kind = (uint32_t)vt_take(&r->in, 4);
+    double width = (double)vt_take(&r->in, 8), height = (double)vt_take(&r->in, 8);
+    if (r->in.short_read) break;
     if (kind >= (uint32_t)MODEL_COUNT) // its length is not known, so nothing behind it can be read
       return vt_fail(
           r->context, VT_BAD_INPUT,
           "%s: camera %u has a model of number %u, which is not known; run colmap image_undistorter and give "
           "its output folder",
           r->path, id, kind);
-    for (int i = 0; i < camera_models[kind].parameter_count; i++) parameters[i] = take_double(r);
-    if (r->short_read) break;
+    for (int i = 0; i < camera_models[kind].parameter_count; i++) parameters[i] = vt_take_double(&r->in);
+    if (r->in.short_read) break;
     vt_status status = add_camera(r, id, (int)kind, width, height, parameters);
     if (status) return status;
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 static vt_status read_images_binary(reader *r, vt_colmap_model *model) {
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
-    double q[7], id = (double)take(r, 4);
-    for (int i = 0; i < 7; i++) q[i] = take_double(r);
-    double camera_id = (double)take(r, 4);
-    const char *name = (const char *)r->bytes + r->at;
-    const uint8_t *end = memchr(name, 0, r->size - r->at);
-    if (r->short_read || !end) return damaged(r, "it ends too early");
-    r->at = (size_t)(end - r->bytes) + 1;
-    pass(r, take(r, 8), 24); // the keypoints: x, y, point
-    if (r->short_read) break;
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
+    double q[7], id = (double)vt_take(&r->in, 4);
+    for (int i = 0; i < 7; i++) q[i] = vt_take_double(&r->in);
+    double camera_id = (double)vt_take(&r->in, 4);
+    const char *name = vt_take_name(&r->in);
+    if (!name) return damaged(r, "it ends too early");
+    vt_pass(&r->in, vt_take(&r->in, 8), 24); // the keypoints: x, y, point
+    if (r->in.short_read) break;
     vt_status status = add_image(r, model, id, q, camera_id, name);
     if (status) return status;
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 // The mean over points, as COLMAP's model_analyzer says it.
 static vt_status read_points_binary(reader *r, vt_colmap_model *model) {
-  uint64_t count = take(r, 8), measured = 0;
+  uint64_t count = vt_take(&r->in, 8), measured = 0;
   double sum = 0;
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
-    pass(r, 35, 1); // id, position, colour
-    double error = take_double(r);
-    pass(r, take(r, 8), 8); // the track: image, keypoint
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
+    vt_pass(&r->in, 35, 1); // id, position, colour
+    double error = vt_take_double(&r->in);
+    vt_pass(&r->in, vt_take(&r->in, 8), 8); // the track: image, keypoint
     if (isfinite(error) && error >= 0) sum += error, measured++;
   }
-  if (r->short_read) return damaged(r, "it ends too early");
+  if (r->in.short_read) return damaged(r, "it ends too early");
   model->reprojection_error = measured ? sum / (double)measured : NAN;
   return VT_OK;
 }
@@ -298,84 +268,55 @@ enum { CAMERA_SENSOR = 0 }; // COLMAP's number of the kind of sensor that is a c
 
 static vt_status read_rigs_binary(reader *r, vt_colmap_model *model) {
   (void)model;
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
-    double rig = (double)take(r, 4), q[7];
-    uint64_t sensors = take(r, 4);
-    for (uint64_t i = 0; i < sensors && !r->short_read; i++) {
-      uint64_t kind = take(r, 4);
-      double id = (double)take(r, 4);
-      bool posed = i == 0 || take(r, 1) != 0;
-      for (int j = 0; i > 0 && posed && j < 7; j++) q[j] = take_double(r);
-      if (r->short_read || kind != CAMERA_SENSOR || !posed) continue;
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
+    double rig = (double)vt_take(&r->in, 4), q[7];
+    uint64_t sensors = vt_take(&r->in, 4);
+    for (uint64_t i = 0; i < sensors && !r->in.short_read; i++) {
+      uint64_t kind = vt_take(&r->in, 4);
+      double id = (double)vt_take(&r->in, 4);
+      bool posed = i == 0 || vt_take(&r->in, 1) != 0;
+      for (int j = 0; i > 0 && posed && j < 7; j++) q[j] = vt_take_double(&r->in);
+      if (r->in.short_read || kind != CAMERA_SENSOR || !posed) continue;
       vt_status status = add_rig_camera(r, rig, id, i ? q : NULL);
       if (status) return status;
     }
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 static vt_status read_frames_binary(reader *r, vt_colmap_model *model) {
   (void)model;
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
     double q[7], rig;
     pose from_world = {0};
-    (void)take(r, 4); // the frame's id
-    rig = (double)take(r, 4);
-    for (int i = 0; i < 7; i++) q[i] = take_double(r);
+    (void)vt_take(&r->in, 4); // the frame's id
+    rig = (double)vt_take(&r->in, 4);
+    for (int i = 0; i < 7; i++) q[i] = vt_take_double(&r->in);
     bool posed = make_pose(q, &from_world);
-    uint64_t data = take(r, 4);
-    for (uint64_t i = 0; i < data && !r->short_read; i++) {
-      uint64_t kind = take(r, 4);
-      (void)take(r, 4); // the camera, which the image says too
-      double image = (double)take(r, 8);
-      if (r->short_read || kind != CAMERA_SENSOR || !posed) continue;
+    uint64_t data = vt_take(&r->in, 4);
+    for (uint64_t i = 0; i < data && !r->in.short_read; i++) {
+      uint64_t kind = vt_take(&r->in, 4);
+      (void)vt_take(&r->in, 4); // the camera, which the image says too
+      double image = (double)vt_take(&r->in, 8);
+      if (r->in.short_read || kind != CAMERA_SENSOR || !posed) continue;
       vt_status status = add_frame_image(r, rig, image, &from_world);
       if (status) return status;
     }
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 // ---- text
 
-// The next line, cut at its end; NULL behind the last one.
-static char *take_line(reader *r) {
-  if (r->at >= r->size) return NULL;
-  char *line = (char *)r->bytes + r->at, *end = memchr(line, '\n', r->size - r->at);
-  r->at = end ? (size_t)(end - (char *)r->bytes) + 1 : r->size;
-  if (!end) end = (char *)r->bytes + r->size; // where vt_read_file put a zero
-  *end = 0;
-  while (end > line && strchr(" \t\r", end[-1])) *--end = 0;
-  return line + strspn(line, " \t");
-}
-
-static char *take_data_line(reader *r) {
-  char *line;
-  do line = take_line(r);
-  while (line && (!*line || *line == '#'));
-  return line;
-}
-
-// `count` numbers; false if there are fewer. *text moves behind them.
-static bool parse_numbers(char **text, int count, double *out) {
-  for (int i = 0; i < count; i++) {
-    char *end;
-    out[i] = strtod(*text, &end);
-    if (end == *text || (*end && *end != ' ' && *end != '\t')) return false;
-    *text = end + strspn(end, " \t");
-  }
-  return true;
-}
-
 static vt_status read_cameras_text(reader *r, vt_colmap_model *model) {
   (void)model;
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double id, size[2], parameters[16] = {0};
     char name[40] = "";
     int kind = 0;
-    if (!parse_numbers(&line, 1, &id) || !(id >= 0 && id <= UINT32_MAX)) return damaged(r, "a camera has no number");
+    if (!vt_take_numbers(&line, 1, &id) || !(id >= 0 && id <= UINT32_MAX)) return damaged(r, "a camera has no number");
     size_t length = strcspn(line, " \t");
     memcpy(name, line, length < sizeof name ? length : sizeof name - 1);
     line += length;
@@ -386,7 +327,7 @@ static vt_status read_cameras_text(reader *r, vt_colmap_model *model) {
           r->context, VT_BAD_INPUT,
           "%s: the camera model \"%s\" is not known; run colmap image_undistorter and give its output folder", r->path,
           name);
-    if (!parse_numbers(&line, 2, size) || !parse_numbers(&line, camera_models[kind].parameter_count, parameters))
+    if (!vt_take_numbers(&line, 2, size) || !vt_take_numbers(&line, camera_models[kind].parameter_count, parameters))
       return damaged(r, "a camera has too few parameters");
     vt_status status = add_camera(r, (uint32_t)id, kind, size[0], size[1], parameters);
     if (status) return status;
@@ -405,12 +346,12 @@ static bool is_keypoint_line(const char *line) {
 }
 
 static vt_status read_images_text(reader *r, vt_colmap_model *model) {
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double numbers[9]; // IMAGE_ID, QW QX QY QZ TX TY TZ, CAMERA_ID
-    if (!parse_numbers(&line, 9, numbers)) return damaged(r, "an image's line has too few numbers");
+    if (!vt_take_numbers(&line, 9, numbers)) return damaged(r, "an image's line has too few numbers");
     vt_status status = add_image(r, model, numbers[0], numbers + 1, numbers[8], line);
     if (status) return status;
-    line = take_line(r);
+    line = vt_take_line(&r->in);
     if (line && !is_keypoint_line(line)) return damaged(r, "an image's line of keypoints (it may be empty) is missing");
   }
   return VT_OK;
@@ -419,9 +360,9 @@ static vt_status read_images_text(reader *r, vt_colmap_model *model) {
 static vt_status read_points_text(reader *r, vt_colmap_model *model) {
   double sum = 0;
   long measured = 0;
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double numbers[8]; // POINT3D_ID, X Y Z, R G B, ERROR
-    if (!parse_numbers(&line, 8, numbers)) return damaged(r, "a point has too few numbers");
+    if (!vt_take_numbers(&line, 8, numbers)) return damaged(r, "a point has too few numbers");
     if (isfinite(numbers[7]) && numbers[7] >= 0) sum += numbers[7], measured++;
   }
   model->reprojection_error = measured ? sum / (double)measured : NAN;
@@ -440,13 +381,13 @@ static bool take_word(char **text, char *out, size_t size) { // true if it fits 
 
 static vt_status read_rigs_text(reader *r, vt_colmap_model *model) {
   (void)model;
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double head[2], id, posed = 1, q[7]; // RIG_ID, NUM_SENSORS, then TYPE ID [HAS_POSE [pose]] of each
-    if (!parse_numbers(&line, 2, head)) return damaged(r, "a rig has no number");
+    if (!vt_take_numbers(&line, 2, head)) return damaged(r, "a rig has no number");
     for (int i = 0; i < head[1]; i++) {
       char kind[32];
-      if (!take_word(&line, kind, sizeof kind) || !parse_numbers(&line, 1, &id) || (i && !parse_numbers(&line, 1, &posed)) ||
-          (i && posed != 0 && !parse_numbers(&line, 7, q)))
+      if (!take_word(&line, kind, sizeof kind) || !vt_take_numbers(&line, 1, &id) || (i && !vt_take_numbers(&line, 1, &posed)) ||
+          (i && posed != 0 && !vt_take_numbers(&line, 7, q)))
         return damaged(r, "a rig has fewer cameras than it says");
       vt_status status = strcmp(kind, "CAMERA") || posed == 0 ? VT_OK : add_rig_camera(r, head[0], id, i ? q : NULL);
       if (status) return status;
@@ -457,14 +398,14 @@ static vt_status read_rigs_text(reader *r, vt_colmap_model *model) {
 
 static vt_status read_frames_text(reader *r, vt_colmap_model *model) {
   (void)model;
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double head[10], ids[2]; // FRAME_ID, RIG_ID, pose, NUM_DATA_IDS, then TYPE SENSOR_ID DATA_ID of each
     pose from_world;
-    if (!parse_numbers(&line, 10, head)) return damaged(r, "a frame's line has too few numbers");
+    if (!vt_take_numbers(&line, 10, head)) return damaged(r, "a frame's line has too few numbers");
     bool posed = make_pose(head + 2, &from_world);
     for (int i = 0; i < head[9]; i++) {
       char kind[32];
-      if (!take_word(&line, kind, sizeof kind) || !parse_numbers(&line, 2, ids))
+      if (!take_word(&line, kind, sizeof kind) || !vt_take_numbers(&line, 2, ids))
         return damaged(r, "a frame has fewer images than it says");
       vt_status status = strcmp(kind, "CAMERA") || !posed ? VT_OK : add_frame_image(r, head[1], ids[1], &from_world);
       if (status) return status;
@@ -502,13 +443,13 @@ static vt_status read_part(reader *r, const char *folder, const char *name,
                            vt_status (*read)(reader *, vt_colmap_model *), vt_colmap_model *model) {
   r->path = model_file(r->context, folder, name, r->binary);
   if (!r->path) return VT_OK; // cameras and images are there, the others may be absent
-  vt_status status = vt_read_file(r->context, r->path, &r->bytes, &r->size);
-  r->at = 0;
-  r->short_read = false;
+  vt_status status = vt_read_file(r->context, r->path, &r->in.bytes, &r->in.size);
+  r->in.at = 0;
+  r->in.short_read = false;
   if (!status) status = read(r, model);
-  vt_free(r->context, r->bytes);
+  vt_free(r->context, r->in.bytes);
   vt_free(r->context, r->path);
-  r->bytes = NULL;
+  r->in.bytes = NULL;
   r->path = NULL;
   return status;
 }

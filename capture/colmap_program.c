@@ -44,19 +44,6 @@ static void keep_last(vt_colmap *c, const char *line) {
   snprintf(c->last, sizeof c->last, "%s", line);
 }
 
-static int find_name(const vt_names *names, const char *name) {
-  int low = 0, high = names->count;
-  while (low < high) {
-    int middle = low + (high - low) / 2, order = strcmp(name, names->items[middle]);
-    if (!order) return middle;
-    if (order < 0)
-      high = middle;
-    else
-      low = middle + 1;
-  }
-  return -1;
-}
-
 // Lines like "  Name:            a.jpg", whatever a newer version puts in front of them.
 static const char *value_of(const char *line, const char *key) {
   const char *at = strstr(line, key);
@@ -67,7 +54,7 @@ static const char *value_of(const char *line, const char *key) {
 
 static void hear_photo(vt_colmap *c, const char *line) {
   const char *value;
-  if ((value = value_of(line, " Name:"))) c->heard = find_name(c->names, value);
+  if ((value = value_of(line, " Name:"))) c->heard = vt_find_sorted_name((const char *const *)c->names->items, c->names->count, value);
   if (c->heard < 0) return;
   vt_colmap_photo *photo = &c->photos[c->heard];
   int number;

@@ -18,6 +18,7 @@
 #include "capture/clutter.h"
 #include "capture/masks.h"
 #include "capture/matte.h"
+#include "capture/photo_tracks.h"
 #include "capture/situation.h"
 
 #include <string.h>
@@ -52,11 +53,12 @@ static vt_status find_alpha(vt_context *context, const vt_photos *photos, bool *
 // Takes photographs without alpha, or without a mask, out of the list.
 static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_matte_mode mode,
                                     vt_capture_report *report) {
-  int kept = 0;
-  vt_status status = VT_OK;
-  for (int i = 0; i < photos->count; i++) {
+  int kept = 0, *place = VT_NEW(context, int, (size_t)photos->count + 1);
+  vt_status status = place ? VT_OK : VT_OUT_OF_MEMORY;
+  for (int i = 0; i < photos->count && place; i++) {
     vt_photo *photo = &photos->items[i];
     bool usable = mode == VT_MATTE_ALPHA ? photo->has_alpha : mode == VT_MATTE_MASKS ? photo->mask != NULL : true;
+    place[i] = usable ? kept : -1;
     if (usable) {
       photos->items[kept++] = *photo;
       continue;
@@ -67,7 +69,10 @@ static vt_status leave_out_unmatted(vt_context *context, vt_photos *photos, vt_m
                                                    : "no mask, which the others have");
     vt_free_photo(context, photo);
   }
+  if (!place) return status;
+  if (kept < photos->count) vt_renumber_landmarks(&photos->landmarks, place);
   photos->count = kept;
+  vt_free(context, place);
   return status;
 }
 

@@ -1,32 +1,32 @@
 // landmarks.c - the points of a COLMAP model with their tracks, text or binary
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// points3D lists for each point its position, colour, error and track; a track names images by number, and images says
-// which name has which number (doc/format.rst of COLMAP). Poses and keypoints are passed over: where a point is in a
-// photograph is its projection, and colmap_model.c has the cameras. Untrusted as everything that is read: no count is
-// believed before its bytes are there.
+// points3D lists for each point its position, colour, error and track; a track names images and their keypoints by number, and
+// images says which name has which number, and where its keypoints are (doc/format.rst of COLMAP). Poses are passed over:
+// colmap_model.c has the cameras. Untrusted as everything that is read: no count is believed before its bytes are there.
 
 #include "capture/landmarks.h"
 #include "base/file.h"
+#include "capture/model_bytes.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 typedef struct image_number {
   uint32_t number;
-  int photo; // -1: none of ours
+  int photo;           // -1: none of ours
+  size_t first, count; // its keypoints
 } image_number;
 
 typedef struct reader {
   vt_context *context;
   char *path; // of the file at hand, for messages
-  uint8_t *bytes;
-  size_t size, at;
-  bool short_read;
+  vt_cursor in;
   const char *const *names;
   int name_count;
   image_number *images; // sorted by number once all are there
   size_t image_count, image_capacity;
+  float (*keypoints)[2]; // of our photographs, one behind the other
+  size_t keypoint_count, keypoint_capacity;
   vt_landmarks *out;
   size_t capacity, seen_capacity;
 } reader;
@@ -37,29 +37,14 @@ static vt_status damaged(reader *r, const char *what) {
 
 // ---- where both kinds meet
 
-static int photo_of_name(const reader *r, const char *name) {
-  int low = 0, high = r->name_count;
-  while (low < high) {
-    int middle = low + (high - low) / 2, order = strcmp(name, r->names[middle]);
-    if (!order) return middle;
-    if (order < 0)
-      high = middle;
-    else
-      low = middle + 1;
-  }
-  return -1;
-}
-
 static int compare_numbers(const void *a, const void *b) {
   uint32_t p = ((const image_number *)a)->number, q = ((const image_number *)b)->number;
   return (p > q) - (p < q);
 }
 
-static int photo_of_number(const reader *r, double number) {
-  image_number key = {number >= 0 && number <= UINT32_MAX ? (uint32_t)number : UINT32_MAX, -1};
-  const image_number *found =
-      r->image_count ? bsearch(&key, r->images, r->image_count, sizeof key, compare_numbers) : NULL;
-  return found ? found->photo : -1;
+static const image_number *image_of_number(const reader *r, double number) {
+  image_number key = {number >= 0 && number <= UINT32_MAX ? (uint32_t)number : UINT32_MAX, -1, 0, 0};
+  return r->image_count ? bsearch(&key, r->images, r->image_count, sizeof key, compare_numbers) : NULL;
 }
 
 // Room for one more item; false only without memory.
@@ -76,8 +61,19 @@ static bool make_room(vt_context *context, void **items, size_t count, size_t *c
 static vt_status add_image(reader *r, double number, const char *name) {
   if (!make_room(r->context, (void **)&r->images, r->image_count, &r->image_capacity, sizeof *r->images))
     return VT_OUT_OF_MEMORY;
-  r->images[r->image_count++] =
-      (image_number){number >= 0 && number <= UINT32_MAX ? (uint32_t)number : UINT32_MAX, photo_of_name(r, name)};
+  r->images[r->image_count++] = (image_number){number >= 0 && number <= UINT32_MAX ? (uint32_t)number : UINT32_MAX,
+                                               vt_find_sorted_name(r->names, r->name_count, name), r->keypoint_count, 0};
+  return VT_OK;
+}
+
+// Of the last image. Nobody asks for those of photographs that are not ours.
+static vt_status add_keypoint(reader *r, const double pixel[2]) {
+  image_number *image = &r->images[r->image_count - 1];
+  if (image->photo < 0) return VT_OK;
+  if (!make_room(r->context, (void **)&r->keypoints, r->keypoint_count, &r->keypoint_capacity, sizeof *r->keypoints))
+    return VT_OUT_OF_MEMORY;
+  r->keypoints[r->keypoint_count][0] = (float)pixel[0], r->keypoints[r->keypoint_count][1] = (float)pixel[1];
+  r->keypoint_count++, image->count++;
   return VT_OK;
 }
 
@@ -91,16 +87,21 @@ static vt_status add_point(reader *r, const double position[3], double error) {
 }
 
 // One photograph that sees the last point. A photograph may see a point twice, and counts once.
-static vt_status add_sight(reader *r, double number) {
+static vt_status add_sight(reader *r, double number, double keypoint) {
   vt_landmarks *out = r->out;
   vt_landmark *point = &out->items[out->count - 1];
-  int photo = photo_of_number(r, number);
+  const image_number *image = image_of_number(r, number);
+  int photo = image ? image->photo : -1;
   if (photo < 0) return VT_OK;
   for (uint32_t i = 0; i < point->count; i++)
     if (out->seen_by[point->first + i] == photo) return VT_OK;
   if (out->seen_count == UINT32_MAX) return damaged(r, "it has more than 4 billion sights of points");
-  if (!make_room(r->context, (void **)&out->seen_by, out->seen_count, &r->seen_capacity, sizeof *out->seen_by))
+  size_t same = r->seen_capacity;
+  if (!make_room(r->context, (void **)&out->pixels, out->seen_count, &same, sizeof *out->pixels) ||
+      !make_room(r->context, (void **)&out->seen_by, out->seen_count, &r->seen_capacity, sizeof *out->seen_by))
     return VT_OUT_OF_MEMORY;
+  bool there = keypoint >= 0 && keypoint < (double)image->count;
+  for (int k = 0; k < 2; k++) out->pixels[out->seen_count][k] = there ? r->keypoints[image->first + (size_t)keypoint][k] : NAN;
   out->seen_by[out->seen_count++] = photo;
   point->count++;
   return VT_OK;
@@ -117,121 +118,68 @@ static void drop_impossible(reader *r) {
 
 // ---- binary
 
-static uint64_t take(reader *r, size_t bytes) { // little-endian, up to 8 bytes; 0 beyond the end
-  uint64_t value = 0;
-  if (r->size - r->at < bytes) {
-    r->short_read = true;
-    r->at = r->size;
-    return 0;
-  }
-  for (size_t i = 0; i < bytes; i++) value |= (uint64_t)r->bytes[r->at + i] << (8 * i);
-  r->at += bytes;
-  return value;
-}
-
-static double take_double(reader *r) {
-  uint64_t bits = take(r, 8);
-  double value;
-  memcpy(&value, &bits, 8);
-  return value;
-}
-
-static void pass(reader *r, uint64_t count, uint64_t bytes) { // bytes is small
-  if (count > (r->size - r->at) / bytes) {
-    r->short_read = true;
-    r->at = r->size;
-  } else {
-    r->at += (size_t)(count * bytes);
-  }
-}
-
 static vt_status read_images_binary(reader *r) {
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
-    double number = (double)take(r, 4);
-    pass(r, 60, 1); // pose and camera
-    const char *name = (const char *)r->bytes + r->at;
-    const uint8_t *end = memchr(name, 0, r->size - r->at);
-    if (r->short_read || !end) return damaged(r, "it ends too early");
-    r->at = (size_t)(end - r->bytes) + 1;
-    pass(r, take(r, 8), 24); // the keypoints
-    vt_status status = r->short_read ? VT_OK : add_image(r, number, name);
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
+    double number = (double)vt_take(&r->in, 4);
+    vt_pass(&r->in, 60, 1); // pose and camera
+    const char *name = vt_take_name(&r->in);
+    if (!name) return damaged(r, "it ends too early");
+    uint64_t keypoints = vt_take(&r->in, 8);
+    vt_status status = r->in.short_read ? VT_OK : add_image(r, number, name);
+    for (uint64_t i = 0; i < keypoints && !r->in.short_read && !status; i++) {
+      double pixel[2] = {vt_take_double(&r->in), 0};
+      pixel[1] = vt_take_double(&r->in);
+      vt_pass(&r->in, 8, 1); // the point, which has it in its track
+      if (!r->in.short_read) status = add_keypoint(r, pixel);
+    }
     if (status) return status;
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 static vt_status read_points_binary(reader *r) {
-  uint64_t count = take(r, 8);
-  for (uint64_t n = 0; n < count && !r->short_read; n++) {
+  uint64_t count = vt_take(&r->in, 8);
+  for (uint64_t n = 0; n < count && !r->in.short_read; n++) {
     double position[3];
-    pass(r, 8, 1); // the point's number
-    for (int i = 0; i < 3; i++) position[i] = take_double(r);
-    pass(r, 3, 1); // colour
-    double error = take_double(r);
-    uint64_t length = take(r, 8);
-    vt_status status = r->short_read ? VT_OK : add_point(r, position, error);
-    for (uint64_t i = 0; i < length && !r->short_read && !status; i++) {
-      double image = (double)take(r, 4);
-      pass(r, 4, 1); // keypoint
-      if (!r->short_read) status = add_sight(r, image);
+    vt_pass(&r->in, 8, 1); // the point's number
+    for (int i = 0; i < 3; i++) position[i] = vt_take_double(&r->in);
+    vt_pass(&r->in, 3, 1); // colour
+    double error = vt_take_double(&r->in);
+    uint64_t length = vt_take(&r->in, 8);
+    vt_status status = r->in.short_read ? VT_OK : add_point(r, position, error);
+    for (uint64_t i = 0; i < length && !r->in.short_read && !status; i++) {
+      double image = (double)vt_take(&r->in, 4), keypoint = (double)vt_take(&r->in, 4);
+      if (!r->in.short_read) status = add_sight(r, image, keypoint);
     }
     if (status) return status;
-    if (!r->short_read) drop_impossible(r);
+    if (!r->in.short_read) drop_impossible(r);
   }
-  return r->short_read ? damaged(r, "it ends too early") : VT_OK;
+  return r->in.short_read ? damaged(r, "it ends too early") : VT_OK;
 }
 
 // ---- text
 
-// The next line, cut at its end; NULL behind the last one.
-static char *take_line(reader *r) {
-  if (r->at >= r->size) return NULL;
-  char *line = (char *)r->bytes + r->at, *end = memchr(line, '\n', r->size - r->at);
-  r->at = end ? (size_t)(end - (char *)r->bytes) + 1 : r->size;
-  if (!end) end = (char *)r->bytes + r->size; // where vt_read_file put a zero
-  *end = 0;
-  while (end > line && strchr(" \t\r", end[-1])) *--end = 0;
-  return line + strspn(line, " \t");
-}
-
-static char *take_data_line(reader *r) {
-  char *line;
-  do line = take_line(r);
-  while (line && (!*line || *line == '#'));
-  return line;
-}
-
-static bool take_number(char **text, double *out) { // *text moves behind it
-  char *end;
-  *out = strtod(*text, &end);
-  if (end == *text || (*end && *end != ' ' && *end != '\t')) return false;
-  *text = end + strspn(end, " \t");
-  return true;
-}
-
 static vt_status read_images_text(reader *r) {
-  for (char *line; (line = take_data_line(r));) {
-    double numbers[9]; // IMAGE_ID, QW QX QY QZ TX TY TZ, CAMERA_ID
-    for (int i = 0; i < 9; i++)
-      if (!take_number(&line, &numbers[i])) return damaged(r, "an image's line has too few numbers");
+  for (char *line; (line = vt_take_data_line(&r->in));) {
+    double numbers[9], keypoint[3]; // IMAGE_ID, QW QX QY QZ TX TY TZ, CAMERA_ID; X, Y, POINT3D_ID
+    if (!vt_take_numbers(&line, 9, numbers)) return damaged(r, "an image's line has too few numbers");
     vt_status status = add_image(r, numbers[0], line);
+    for (line = vt_take_line(&r->in); line && !status && vt_take_numbers(&line, 3, keypoint);) status = add_keypoint(r, keypoint);
     if (status) return status;
-    (void)take_line(r); // its keypoints
   }
   return VT_OK;
 }
 
 static vt_status read_points_text(reader *r) {
-  for (char *line; (line = take_data_line(r));) {
+  for (char *line; (line = vt_take_data_line(&r->in));) {
     double numbers[8], track[2]; // POINT3D_ID, X Y Z, R G B, ERROR, then IMAGE_ID and keypoint of each sight
-    for (int i = 0; i < 8; i++)
-      if (!take_number(&line, &numbers[i])) return damaged(r, "a point has too few numbers");
+    if (!vt_take_numbers(&line, 8, numbers)) return damaged(r, "a point has too few numbers");
     vt_status status = add_point(r, numbers + 1, numbers[7]);
     while (!status && *line) {
-      if (!take_number(&line, &track[0]) || !take_number(&line, &track[1]))
+      if (!vt_take_numbers(&line, 2, track))
         return damaged(r, "a point's track is no list of pairs");
-      status = add_sight(r, track[0]);
+      status = add_sight(r, track[0], track[1]);
     }
     if (status) return status;
     drop_impossible(r);
@@ -246,14 +194,14 @@ static vt_status read_part(reader *r, const char *folder, const char *name, vt_s
   if (!r->path) return VT_OUT_OF_MEMORY;
   vt_status status = VT_OK;
   if (vt_is_file(r->path)) {
-    status = vt_read_file(r->context, r->path, &r->bytes, &r->size);
-    r->at = 0;
-    r->short_read = false;
+    status = vt_read_file(r->context, r->path, &r->in.bytes, &r->in.size);
+    r->in.at = 0;
+    r->in.short_read = false;
     if (!status) status = read(r);
   }
-  vt_free(r->context, r->bytes);
+  vt_free(r->context, r->in.bytes);
   vt_free(r->context, r->path);
-  r->bytes = NULL;
+  r->in.bytes = NULL;
   r->path = NULL;
   return status;
 }
@@ -269,6 +217,7 @@ vt_status vt_read_landmarks(vt_context *context, const char *folder, bool binary
     status =
         read_part(&r, folder, binary ? "points3D.bin" : "points3D.txt", binary ? read_points_binary : read_points_text);
   vt_free(context, r.images);
+  vt_free(context, r.keypoints);
   if (status) vt_free_landmarks(context, out);
   return status;
 }
@@ -276,5 +225,6 @@ vt_status vt_read_landmarks(vt_context *context, const char *folder, bool binary
 void vt_free_landmarks(vt_context *context, vt_landmarks *landmarks) {
   vt_free(context, landmarks->items);
   vt_free(context, landmarks->seen_by);
+  vt_free(context, landmarks->pixels);
   *landmarks = (vt_landmarks){0};
 }

@@ -20,6 +20,7 @@ typedef struct vt_landmarks {
   size_t count, seen_count;
   vt_landmark *items; // owned
   int *seen_by;       // photographs, by their place in the list they were read with; owned
+  float (*pixels)[2]; // [seen_count] where, in the photograph that was calibrated, as its lens bends it; NAN unknown; owned
 } vt_landmarks;
 
 // Reads points3D and images (.bin if both are there, else .txt) of a COLMAP model. names[name_count], sorted by strcmp:

@@ -30,18 +30,6 @@ typedef struct search {
   int median_features;
 } search;
 
-static int find_name(const vt_names *names, const char *name) {
-  for (int low = 0, high = names->count; low < high;) {
-    int middle = low + (high - low) / 2, order = strcmp(name, names->items[middle]);
-    if (!order) return middle;
-    if (order < 0)
-      high = middle;
-    else
-      low = middle + 1;
-  }
-  return -1;
-}
-
 static void take_link(search *s, int from, int to, int inliers) {
   link *l = &s->links[from];
   if (inliers > l->inliers) l->inliers = inliers, l->partner = to;
@@ -50,7 +38,7 @@ static void take_link(search *s, int from, int to, int inliers) {
 
 static void hear_pair(void *user, const char *name_a, const char *name_b, int inliers) {
   search *s = user;
-  int a = find_name(s->c->names, name_a), b = find_name(s->c->names, name_b);
+  int a = vt_find_sorted_name((const char *const *)s->c->names->items, s->c->names->count, name_a), b = vt_find_sorted_name((const char *const *)s->c->names->items, s->c->names->count, name_b);
   if (a < 0 || b < 0) return;
   take_link(s, a, b, inliers);
   take_link(s, b, a, inliers);
@@ -141,7 +129,7 @@ static vt_status mark_placed(vt_colmap *c, const char *model_folder, bool *place
   vt_colmap_model model = {0};
   vt_status status = vt_read_colmap_model(c->context, model_folder, &model);
   for (int i = 0; i < model.count && !status; i++) {
-    int at = find_name(c->names, model.items[i].name);
+    int at = vt_find_sorted_name((const char *const *)c->names->items, c->names->count, model.items[i].name);
     if (at >= 0) placed[at] = true;
   }
   vt_free_colmap_model(c->context, &model);

@@ -113,6 +113,25 @@ vt_damage_desc vt_default_damage_desc(void); // no damage
 // same bits, for any number of threads. VT_BAD_INPUT where an amount is out of range, VT_OUT_OF_MEMORY, VT_CANCELLED.
 vt_status vt_damage_views(vt_context *, const vt_damage_desc *, vt_views *);
 
+// ==== tracks =========================================================================================================
+
+// Points of the tree as a matcher of features would find them in its photographs.
+typedef struct vt_track_desc {
+  uint32_t cookie;
+  uint64_t seed;
+  int count;             // points that are looked for, >= 0; those that too few photographs see are left out
+  int least_views;       // that must see a point, >= 2
+  double widest_degrees; // between the lines of sight of the first that sees it and of another
+  double noise;          // pixels, deviation along each axis
+  double outlier_share;  // of sights that lie anywhere in their picture, 0..1
+  double distortion;     // k1, as in vt_damage_desc
+} vt_track_desc;
+vt_track_desc vt_default_track_desc(void); // 1500 points, three views, 35 degrees, half a pixel, 2 %
+// By the true cameras. Places are NaN: nobody has found them yet. Trees only (asserted). Same desc, same bits, for any number of
+// threads. VT_MISSING_PROGRAM in builds without Embree, VT_BAD_INPUT, VT_OUT_OF_MEMORY.
+vt_status vt_make_synthetic_tracks(vt_context *, const vt_synthetic_desc *, const vt_track_desc *, const vt_camera *true_cameras,
+                                   int view_count, vt_tracks *out);
+
 // ==== meshes =========================================================================================================
 
 typedef struct vt_material {

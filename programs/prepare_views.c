@@ -48,6 +48,9 @@ static void say_cameras(vt_session *session, const vt_refine_report *r) {
          "length %+.3f %%; alpha error of mattes held back %.4f -> %.4f\n",
          r->mean_degrees, r->most_degrees, 100 * r->mean_share, 100 * r->most_share, r->mean_pixels, r->most_pixels,
          100 * r->focal_share, r->alpha_before, r->alpha_after);
+  if (r->sight_count)
+    vt_say(session, "  cameras: held by %zu sights of points, off by %.3f pixels before and %.3f after\n", r->sight_count,
+           r->track_before, r->track_after);
 }
 
 vt_status vt_prepare_views(vt_session *session, vt_views *views, vt_preparation *out) {
@@ -96,6 +99,11 @@ static void report_cameras(vt_json_writer *json, const vt_refine_report *r, bool
     vt_json_put_number(json, "pixels_mean", r->mean_pixels);
     vt_json_put_number(json, "pixels_most", r->most_pixels);
     vt_json_put_number(json, "focal_share", r->focal_share);
+  }
+  if (r->sight_count) {
+    vt_json_put_number(json, "sights", (double)r->sight_count);
+    vt_json_put_number(json, "sights_pixels_before", r->track_before);
+    vt_json_put_number(json, "sights_pixels_after", r->track_after);
   }
   if (times) vt_json_put_number(json, "seconds", r->seconds);
   vt_json_close_object(json);

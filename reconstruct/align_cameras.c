@@ -14,14 +14,6 @@
 
 #include <string.h>
 
-vt_mat3 vt_mul_mat3(const vt_mat3 *a, const vt_mat3 *b) {
-  vt_mat3 out = {{0}};
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      for (int k = 0; k < 3; k++) out.m[3 * i + j] += a->m[3 * i + k] * b->m[3 * k + j];
-  return out;
-}
-
 static vt_mat3 transpose(const vt_mat3 *a) {
   const double *m = a->m;
   return (vt_mat3){{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}};
@@ -82,24 +74,5 @@ vt_camera vt_move_camera_by(const vt_similarity *s, const vt_camera *camera) {
   vt_mat3 back = transpose(&s->rotation);
   out.rotation = vt_mul_mat3(&camera->rotation, &back);
   out.translation = vt_scale(vt_mul(&out.rotation, centre), -1);
-  return out;
-}
-
-static vt_mat3 rotation_of(const double w[3]) {
-  double angle = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-  double a = angle > 1e-9 ? sin(angle) / angle : 1, b = angle > 1e-9 ? (1 - cos(angle)) / (angle * angle) : 0.5;
-  double x = w[0], y = w[1], z = w[2];
-  return (vt_mat3){{1 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y, b * x * y + a * z, 1 - b * (x * x + z * z),
-                    b * y * z - a * x, b * x * z - a * y, b * y * z + a * x, 1 - b * (x * x + y * y)}};
-}
-
-vt_camera vt_adjust_camera(const vt_camera *camera, const double pose[6], double log_focal, double distance) {
-  vt_camera out = *camera;
-  vt_vec3 moved = vt_scale(vt_v3(pose[3], pose[4], pose[5]), distance);
-  vt_vec3 centre = vt_add(vt_camera_centre(camera), vt_mul_transposed(&camera->rotation, moved));
-  vt_mat3 turn = rotation_of(pose);
-  out.rotation = vt_mul_mat3(&turn, &camera->rotation);
-  out.translation = vt_scale(vt_mul(&out.rotation, centre), -1);
-  out.fx *= exp(log_focal), out.fy *= exp(log_focal);
   return out;
 }

@@ -112,6 +112,8 @@ typedef struct vt_refine_report {
   double mean_pixels, most_pixels;      // of where points of the tree fall in the photographs
   double focal_share;                   // mean change of focal length
   double alpha_before, alpha_after;     // RMSE of mattes in a volume without them, poses fitted to it; NAN where unknown
+  size_t sight_count;                   // of points that were used, 0: there are no tracks
+  double track_before, track_after;     // mean distance of sights from their points, pixels of the views; 0 without tracks
   double seconds;
 } vt_refine_report;
 

@@ -27,7 +27,6 @@
 // (align_cameras.c). Lens distortion is not refined: views are pinholes, and a bent picture would have to be resampled.
 
 #include "reconstruct/refine_cameras.h"
-#include "base/least_squares.h"
 #include "reconstruct/bounds.h"
 
 #include <string.h>
@@ -98,7 +97,9 @@ vt_status vt_begin_refinement(vt_context *context, const vt_refine_desc *desc, c
     r->views.items[i] = views->items[i];
     r->input[i] = views->items[i].camera;
     status = vt_check_camera(context, &r->input[i], views->items[i].name);
+    r->lens[i] = i;
   }
+  if (!status) status = vt_renumber_tracks(context, &views->tracks, views->count, r->lens, &r->tracks); // a copy
   if (!status) find_lenses(r);
   if (!status) status = find_cube(r, votes);
   if (status) vt_end_refinement(r);
@@ -116,6 +117,7 @@ void vt_end_refinement(vt_refinement *r) {
   forget_level(r);
   void *blocks[] = {r->response, r->silhouettes, r->log_focal, r->lens, r->distance, r->smooth, r->pose, r->input, r->views.items};
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(r->context, blocks[i]);
+  vt_free_tracks(r->context, &r->tracks);
   *r = (vt_refinement){0};
 }
 
@@ -220,16 +222,6 @@ typedef struct view_block {
   float *error, (*by_motion)[VT_SILHOUETTE_COLUMNS]; // of the pixels; shared by all blocks, which are asked one by one
 } view_block;
 
-// r' with r'^2 / 2 = Huber's loss of r, and dr'/dr.
-static double huber(double r, double width, double *slope) {
-  double size = fabs(r);
-  *slope = 1;
-  if (size <= width) return r;
-  double root = sqrt(width * (2 * size - width));
-  *slope = width / root;
-  return r < 0 ? -root : root;
-}
-
 static bool evaluate(void *user, const double *const *parameters, double *residuals, double **jacobians) {
   const view_block *b = user;
   int count = b->silhouette->count, rows = count + 6 + VT_SMOOTH_TERMS;
@@ -245,7 +237,7 @@ static bool evaluate(void *user, const double *const *parameters, double *residu
     for (int i = count * sizes[g]; i < rows * sizes[g] && jacobians[g]; i++) jacobians[g][i] = 0;
   for (int i = 0; i < count; i++) {
     double slope;
-    residuals[i] = b->weight * huber((double)b->error[i], b->width, &slope);
+    residuals[i] = b->weight * vt_huber((double)b->error[i], b->width, &slope);
     slope *= b->weight;
     for (int g = 0; g < 3 && jacobians; g++)
       for (int k = 0; k < sizes[g] && jacobians[g]; k++)
@@ -279,37 +271,43 @@ void vt_set_poses(vt_refinement *r, double (*pose_or_null)[6], const double *log
 }
 
 typedef struct problem {
-  vt_parameter_group *groups;  // [2 views + lenses]
-  vt_residual_block *blocks;   // [views + lenses]
+  vt_parameter_group *groups;  // [2 views + lenses + tracks]
+  vt_residual_block *blocks;   // [views + lenses + sights]
   view_block *views;
   int (*of_view)[3], *of_lens; // numbers of groups
   double focal_scale;
   float *error, (*by_motion)[VT_SILHOUETTE_COLUMNS];
   int block_count;
+  vt_tracks tracks;            // with which they are solved, their places
+  vt_sight_block *sights;
 } problem;
 
 static void free_problem(vt_context *context, problem *p) {
-  void *blocks[] = {p->groups, p->blocks, p->views, p->of_view, p->of_lens, p->error, p->by_motion};
+  void *blocks[] = {p->groups, p->blocks, p->views, p->of_view, p->of_lens, p->error, p->by_motion, p->sights};
+  vt_free_tracks(context, &p->tracks);
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(context, blocks[i]);
 }
 
 static vt_status make_problem(vt_refinement *r, problem *p) {
   int views = r->views.count, lenses = r->lens_count, most = 1;
-  size_t all = (size_t)(2 * views + lenses);
+  vt_tracks tracks;
+  vt_status status = vt_choose_refinement_tracks(r, &tracks);
+  size_t all = (size_t)(2 * views + lenses) + tracks.count + tracks.sight_count;
   for (int i = 0; i < views; i++) most = r->silhouettes[i].count > most ? r->silhouettes[i].count : most;
   *p = (problem){VT_NEW(r->context, vt_parameter_group, all), VT_NEW(r->context, vt_residual_block, all),
                  VT_NEW(r->context, view_block, (size_t)views), vt_alloc(r->context, (size_t)views, sizeof(int[3])),
                  VT_NEW(r->context, int, (size_t)lenses), 1 / r->desc->focal_deviation, VT_NEW(r->context, float, (size_t)most),
-                 vt_alloc(r->context, (size_t)most, sizeof(float[VT_SILHOUETTE_COLUMNS])), 0};
-  if (!p->groups || !p->blocks || !p->views || !p->of_view || !p->of_lens || !p->error || !p->by_motion) return VT_OUT_OF_MEMORY;
+                 vt_alloc(r->context, (size_t)most, sizeof(float[VT_SILHOUETTE_COLUMNS])), 0, tracks,
+                 VT_NEW(r->context, vt_sight_block, tracks.sight_count + 1)};
+  if (status || !p->sights || !p->groups || !p->blocks || !p->views || !p->of_view || !p->of_lens || !p->error || !p->by_motion) return VT_OUT_OF_MEMORY;
   double degree = VT_PI / 180;
   for (int i = 0; i < views; i++) {
     p->groups[i] = (vt_parameter_group){.values = r->pose[i], .size = 6};
     p->groups[views + i] = (vt_parameter_group){.values = r->smooth[i], .size = VT_SMOOTH_TERMS};
     p->of_view[i][0] = i, p->of_view[i][1] = views + i, p->of_view[i][2] = 2 * views + r->lens[i];
     int count = r->silhouettes[i].count;
-    if (!count) continue; // nothing to see: the camera stays
-    double weight = sqrt(fmin(1, INDEPENDENT_PIXELS / count)) / r->deviation;
+    if (!count && !tracks.count) continue; // nothing to see: the camera stays
+    double weight = sqrt(fmin(1, INDEPENDENT_PIXELS / (count ? count : 1))) / r->deviation;
     p->views[i] = (view_block){r->context, &r->silhouettes[i], &r->volumes[i % r->fold_count], &r->response[i], r->distance[i], weight, HUBER_WIDTHS * r->deviation,
                                1 / (r->desc->turn_deviation * degree), 1 / r->desc->shift_deviation, p->error, p->by_motion};
     p->blocks[p->block_count++] = (vt_residual_block){evaluate, &p->views[i], count + 6 + VT_SMOOTH_TERMS, 3, p->of_view[i]};
@@ -319,6 +317,8 @@ static vt_status make_problem(vt_refinement *r, problem *p) {
     p->groups[2 * views + l] = (vt_parameter_group){.values = &r->log_focal[l], .size = 1};
     p->blocks[p->block_count++] = (vt_residual_block){focal_prior, &p->focal_scale, 1, 1, &p->of_lens[l]};
   }
+  vt_add_sights(r, &p->tracks, 2 * views, 2 * views + lenses, p->groups + 2 * views + lenses, p->sights, p->blocks + p->block_count);
+  p->block_count += (int)tracks.sight_count;
   return VT_OK;
 }
 
@@ -327,14 +327,14 @@ vt_status vt_solve_poses(vt_refinement *r, int iterations) {
   vt_status status = make_problem(r, &p);
   vt_least_squares_desc how = vt_default_least_squares_desc();
   how.iterations = iterations;
-  how.function_tolerance = 1e-5;
+  how.function_tolerance = p.tracks.count ? 1e-8 : 1e-5; // a thousand sights hide what the rest still gains
   vt_least_squares_report report = {0};
   if (!status)
-    status = vt_solve_least_squares(r->context, &how, "cameras", 2 * r->views.count + r->lens_count, p.groups, p.block_count, p.blocks,
-                                    &report);
+    status = vt_solve_least_squares(r->context, &how, "cameras", 2 * r->views.count + r->lens_count + (int)p.tracks.count, p.groups,
+                                    p.block_count, p.blocks, &report);
   if (!status)
-    vt_log(r->context, VT_LOG_VERBOSE, "cameras: cost %.1f -> %.1f in %d steps, focal length %+.3f %%", report.initial_cost,
-           report.final_cost, report.iterations, 100 * r->log_focal[0]);
+    vt_log(r->context, VT_LOG_VERBOSE, "cameras: cost %.1f -> %.1f in %d steps, focal length %+.3f %%, %zu sights of %zu points",
+           report.initial_cost, report.final_cost, report.iterations, 100 * r->log_focal[0], p.tracks.sight_count, p.tracks.count);
   free_problem(r->context, &p);
   if (!status) set_cameras(r);
   return status;

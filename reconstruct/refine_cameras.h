@@ -3,6 +3,7 @@
 #ifndef VT_RECONSTRUCT_REFINE_CAMERAS_H
 #define VT_RECONSTRUCT_REFINE_CAMERAS_H
 
+#include "base/least_squares.h"
 #include "reconstruct/align_cameras.h"
 #include "reconstruct/silhouette.h"
 
@@ -30,6 +31,8 @@ typedef struct vt_refinement {
   vt_soft_volume volumes[VT_MOST_FOLDS]; // volume k does without the views i with i % fold_count == k; the only one has all
   vt_silhouette *silhouettes;            // [views]; owned
   vt_response *response;                 // [views] of each matte to the volume; owned
+  vt_tracks tracks;                      // as they came; owned
+  bool without_tracks;                   // they are passed over
 } vt_refinement;
 
 // Copies what it needs of the views; VT_BAD_INPUT where they see no tree or have no volume in common.
@@ -47,8 +50,26 @@ void vt_set_poses(vt_refinement *, double (*pose_or_null)[6], const double *log_
 // Root mean square of alpha's error, each view seen in the volume that does without it; of all sampled pixels, and of each
 // view in view_error_or_null [views] (-1: nothing was sampled).
 vt_status vt_refinement_error(vt_refinement *, double *error, double *view_error_or_null);
+// Mean distance in pixels of the tracks' sights from their places, by the cameras as they are now, and how many there are.
+vt_status vt_refinement_track_error(vt_refinement *, double *pixels, size_t *sight_count);
 // What no photograph says (place, turn and size of all cameras together) is put back as it was.
 void vt_fix_gauge(vt_refinement *);
+
+// ---- tracks beside the mattes (refine_tracks.c)
+
+typedef struct vt_sight_block {
+  const vt_camera *came;
+  double distance, weight, width; // weight: 1 / pixels
+  double pixel[2];
+  int groups[3];                  // pose, lens, place
+} vt_sight_block;
+
+// The tracks that are worked with, by the cameras as they are now; none where there are none, or they are passed over.
+vt_status vt_choose_refinement_tracks(vt_refinement *, vt_tracks *out);
+// Groups [tracks] for their places, numbered from first_group, and blocks [sights] that depend on these, on the views' poses (groups
+// 0 ..) and on lenses (from first_lens); `sights` [sights] is what the blocks point to.
+void vt_add_sights(vt_refinement *, vt_tracks *chosen, int first_lens, int first_group, vt_parameter_group *groups,
+                   vt_sight_block *sights, vt_residual_block *blocks);
 
 #ifdef __cplusplus
 }

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #define NEEDED 0.025    // share by which a first solution must lower the error of the mattes
+#define TRACKS_NEEDED 0.1 // or that of the tracks, which a calibration leaves where it is least
 #define LEAST_GAIN 0.01 // and by which that of mattes not seen must have fallen in the end
 #define LEAST_VIEWS 6
 #define VOTES 2
@@ -28,15 +29,18 @@ static vt_status pose_round(vt_refinement *r, int level, int folds, double *befo
   return status ? status : vt_refinement_error(r, after, NULL);
 }
 
-// The error of mattes in volumes without them; the cameras are afterwards what they were.
+// The error of mattes in volumes without them; the cameras are afterwards what they were. Without tracks: they would hold the
+// judging cameras where the volume's are not.
 static vt_status judge(vt_refinement *r, int level, double *error) {
   size_t views = (size_t)r->views.count, bytes = views * sizeof *r->pose;
   double (*pose)[6] = vt_alloc(r->context, views, sizeof *pose), *focal = VT_NEW(r->context, double, views), before;
   vt_status status = pose && focal ? VT_OK : VT_OUT_OF_MEMORY;
   if (!status) {
     memcpy(pose, r->pose, bytes), memcpy(focal, r->log_focal, views * sizeof *focal);
+    r->without_tracks = true;
     status = pose_round(r, level, r->desc->fold_count, &before, error);
     vt_set_poses(r, pose, focal);
+    r->without_tracks = false;
   }
   vt_free(r->context, focal);
   vt_free(r->context, pose);
@@ -46,9 +50,11 @@ static vt_status judge(vt_refinement *r, int level, double *error) {
 static vt_status refine(vt_refinement *r, vt_refine_report *report) {
   int top = vt_finest_refinement_level(r);
   double before, after;
-  vt_status status = pose_round(r, top - 1, 1, &before, &after);
+  vt_status status = vt_refinement_track_error(r, &report->track_before, &report->sight_count);
+  if (!status) status = pose_round(r, top - 1, 1, &before, &after);
+  if (!status) status = vt_refinement_track_error(r, &report->track_after, &report->sight_count);
   if (status) return status;
-  bool wanted = r->desc->mode == VT_REFINE_ON;
+  bool wanted = r->desc->mode == VT_REFINE_ON || report->track_after < (1 - TRACKS_NEEDED) * report->track_before;
   vt_log(r->context, VT_LOG_VERBOSE, "cameras: a first look lowers the error of the mattes from %.4f to %.4f", before, after);
   report->first_gain = before > 0 ? 1 - after / before : 0;
   if (!wanted && !(report->first_gain > NEEDED)) {
@@ -70,6 +76,7 @@ static vt_status refine(vt_refinement *r, vt_refine_report *report) {
   if (!status) status = judge(&came, top - 1, &report->alpha_before);
   vt_end_refinement(&came);
   vt_set_poses(r, NULL, NULL);
+  if (!status) status = vt_refinement_track_error(r, &report->track_after, &report->sight_count);
   report->kept = !status && report->alpha_after < (1 - LEAST_GAIN) * report->alpha_before;
   report->why = report->kept ? "mattes that a volume has not seen fit better" : "mattes that a volume has not seen fit no better";
   return status;
@@ -101,6 +108,16 @@ static void report_motion(const vt_refinement *r, vt_refine_report *report) {
   }
 }
 
+// The tracks' sights in the views that are refined, by their places among these. Free with vt_free_tracks.
+static vt_status select_tracks(vt_context *context, const vt_views *views, vt_tracks *out) {
+  int *number = VT_NEW(context, int, (size_t)views->count + 1), count = 0;
+  if (!number) return VT_OUT_OF_MEMORY;
+  for (int i = 0; i < views->count; i++) number[i] = views->items[i].role == VT_TRAIN ? count++ : -1;
+  vt_status status = vt_renumber_tracks(context, &views->tracks, views->count, number, out);
+  vt_free(context, number);
+  return status;
+}
+
 static const char *reason_against(const vt_refine_desc *desc, const vt_views *train) {
   if (desc->mode == VT_REFINE_OFF) return "not asked for";
   if (train->count < LEAST_VIEWS) return "too few photographs";
@@ -123,7 +140,8 @@ vt_status vt_refine_views(vt_context *context, const vt_refine_desc *desc, vt_vi
   if (report.why && desc->mode == VT_REFINE_ON && !vt_can_solve_least_squares())
     status = vt_fail(context, VT_MISSING_PROGRAM, "cameras: this build cannot refine them; build voltree with Ceres");
   if (!report.why && !status) {
-    status = vt_begin_refinement(context, desc, &train, VOTES, &r);
+    if (views->tracks.count) status = select_tracks(context, views, &train.tracks);
+    if (!status) status = vt_begin_refinement(context, desc, &train, VOTES, &r);
     if (!status) status = refine(&r, &report);
     if (is_harmless(status)) {
       vt_clear_error(context);
@@ -138,6 +156,7 @@ vt_status vt_refine_views(vt_context *context, const vt_refine_desc *desc, vt_vi
   report.seconds = vt_seconds() - start;
   vt_end_refinement(&r);
   vt_free(context, train.items);
+  vt_free_tracks(context, &train.tracks);
   if (or_null) *or_null = report;
   return status;
 }
