@@ -12,9 +12,11 @@
 // the tree stands in the middle of most photographs and a volume of all views bends with a wrong lens. Tracks reach into
 // the corners. So what is developed is straight, once, and later stages know pinholes only.
 //
-// Is it better, or only more pliable? Every fifth point is held back. On the others the photographs are adjusted twice, with the lens
-// as it came and with a free one; the points that were held back are then placed by either, and the lens that sees them nearer to
-// where they were seen is kept. Points, not sights: a lens that is wrong bends a whole neighbourhood alike.
+// Is it better, or only more pliable? The cost must fall by what chance does not give, and points that were not adjusted to must be
+// seen more nearly where they are: a third of them is held back, the photographs are adjusted to the others with the lens as it came,
+// with k1 free and with all terms free, and the points held back are placed by each; so each third in turn. The held-out error alone is
+// a coin toss just where it matters (k1 = .01, 60 degrees, 7,000 sights: it should fall by .0008 and does by -.0003 to .0024), the
+// cost alone takes what a model gains by bending to errors that sights share.
 
 #include "capture/adjust_lens.h"
 #include "base/adjust_camera.h"
@@ -23,12 +25,15 @@
 
 #include <string.h>
 
-enum { TERMS = 5, FOLDS = 5, SIGHTS_OF_A_PHOTO = 600, LEAST_SIGHTS = 30, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
+
+enum { TERMS = 5, FOLDS = 3, SIGHTS_OF_A_PHOTO = 400, LEAST_SIGHTS = 30, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
 #define WIDTH 1.5         // deviations, of Huber's loss
-#define LEAST_GAIN 0.01   // share by which the error of points held back must fall
+#define LEAST_FALL 5.0    // of the cost, half of chi square: beyond three deviations for one term more
+#define STAYS 1e7         // 1 over a deviation that is none
 #define TURN 0.02         // deviations of the priors: radians
 #define SHIFT 0.02        // share of the distance
-static const double term_deviation[TERMS] = {0.05, 0.2, 0.2, 0.02, 0.02};
+static const int freedoms[3] = {1, 2, TERMS}; // the focal length, as in the calibration that is to be beaten; k1 too; all
+static const double term_deviation[TERMS] = {0.05, 0.1, 0.05, 0.003, 0.003};
 
 typedef struct adjustment {
   vt_context *context;
@@ -38,7 +43,9 @@ typedef struct adjustment {
   double (*pose)[6];      // [photos]
   double (*term)[TERMS];  // [photos, of which lens_count count]
   double *distance;       // [photos] world
-  bool lens_free;
+  int free_terms;         // the first ones of a lens; the others stay
+  double (*kept_pose[3])[6], (*kept_term[3])[TERMS]; // after the adjustments to all points
+  double cost;            // half the sum of squares that the last adjustment left
 } adjustment;
 
 typedef struct sight_block {
@@ -124,7 +131,8 @@ static bool same_lens(const vt_lens *a, const vt_lens *b) {
 }
 
 static void end_adjustment(adjustment *a) {
-  void *blocks[] = {a->lens, a->came, a->now, a->pose, a->term, a->distance};
+  void *blocks[] = {a->lens, a->came, a->now, a->pose, a->term, a->distance, a->kept_pose[0], a->kept_pose[1], a->kept_pose[2],
+                    a->kept_term[0], a->kept_term[1], a->kept_term[2]};
   if (!a->context) return;
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(a->context, blocks[i]);
 }
@@ -145,8 +153,13 @@ static double usual_depth(int photo, const vt_tracks *tracks, const vt_camera *c
 static vt_status begin_adjustment(vt_context *context, const vt_photos *photos, const vt_tracks *tracks, adjustment *a) {
   size_t count = (size_t)photos->count;
   *a = (adjustment){context, photos, 0, VT_NEW(context, int, count), VT_NEW(context, vt_camera, count), VT_NEW(context, vt_camera, count),
-                    vt_alloc(context, count, sizeof *a->pose), vt_alloc(context, count, sizeof *a->term), VT_NEW(context, double, count), false};
-  if (!a->lens || !a->came || !a->now || !a->pose || !a->term || !a->distance) return VT_OUT_OF_MEMORY;
+                    vt_alloc(context, count, sizeof *a->pose), vt_alloc(context, count, sizeof *a->term), VT_NEW(context, double, count), 1, {NULL}, {NULL}, 0};
+  bool there = a->lens && a->came && a->now && a->pose && a->term && a->distance;
+  for (int f = 0; f < 3; f++) {
+    a->kept_pose[f] = vt_alloc(context, count, sizeof *a->pose), a->kept_term[f] = vt_alloc(context, count, sizeof *a->term);
+    there = there && a->kept_pose[f] && a->kept_term[f];
+  }
+  if (!there) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < photos->count; i++) {
     int other = 0;
     while (other < i && !same_lens(&photos->items[i].lens, &photos->items[other].lens)) other++;
@@ -171,8 +184,7 @@ static void fill_problem(adjustment *a, vt_tracks *tracks, problem *p, int *bloc
     p->groups[i] = (vt_parameter_group){.values = pose ? a->pose[i] : a->term[i - photos], .size = pose ? 6 : TERMS};
     p->priors[i] = (prior_block){.size = p->groups[i].size, .group = i};
     for (int k = 0; k < p->groups[i].size; k++) p->priors[i].scale[k] = 1 / (pose ? k < 3 ? TURN : SHIFT : term_deviation[k]);
-    // a lens that may not bend still has its focal length, as in the calibration that is to be beaten
-    for (int k = 1; k < TERMS && !pose && !a->lens_free; k++) p->priors[i].scale[k] = 1e7;
+    for (int k = a->free_terms; k < TERMS && !pose; k++) p->priors[i].scale[k] = STAYS;
     p->blocks[blocks++] = (vt_residual_block){prior, &p->priors[i], p->groups[i].size, 1, &p->priors[i].group};
   }
   for (size_t k = 0; k < tracks->count; k++) {
@@ -193,21 +205,20 @@ static void fill_problem(adjustment *a, vt_tracks *tracks, problem *p, int *bloc
 }
 
 // Poses and lenses for these tracks (of pinholes by the lenses that came), whose places move.
-static vt_status adjust(adjustment *a, vt_tracks *tracks, bool lens_free) {
+static vt_status adjust(adjustment *a, vt_tracks *tracks, int free_terms) {
   int photos = a->photos->count, block_count = 0;
   size_t small = (size_t)(photos + a->lens_count);
-  a->lens_free = lens_free;
-  memset(a->pose, 0, (size_t)photos * sizeof *a->pose);
-  memset(a->term, 0, (size_t)photos * sizeof *a->term);
+  a->free_terms = free_terms;
   problem p = {VT_NEW(a->context, vt_parameter_group, small + tracks->count), VT_NEW(a->context, vt_residual_block, small + tracks->sight_count),
                VT_NEW(a->context, sight_block, tracks->sight_count + 1), VT_NEW(a->context, prior_block, small)};
   vt_status status = p.groups && p.blocks && p.sights && p.priors ? VT_OK : VT_OUT_OF_MEMORY;
   if (!status) fill_problem(a, tracks, &p, &block_count);
   vt_least_squares_desc how = vt_default_least_squares_desc();
-  how.iterations = STEPS, how.function_tolerance = 1e-9;
+  how.iterations = STEPS, how.function_tolerance = 1e-8;
   vt_least_squares_report report = {0};
   if (!status)
     status = vt_solve_least_squares(a->context, &how, "lens", (int)(small + tracks->count), p.groups, block_count, p.blocks, &report);
+  a->cost = report.final_cost;
   if (!status)
     vt_log(a->context, VT_LOG_VERBOSE, "lens: cost %.1f -> %.1f in %d steps, ln f %+.5f, k1 %+.5f, k2 %+.5f, p1 %+.6f, p2 %+.6f", report.initial_cost,
            report.final_cost, report.iterations, a->term[0][0], a->term[0][1], a->term[0][2], a->term[0][3], a->term[0][4]);
@@ -219,12 +230,12 @@ static vt_status adjust(adjustment *a, vt_tracks *tracks, bool lens_free) {
 
 // ---- points held back
 
-// The tracks of number k % FOLDS == 0, or the others.
-static vt_status deal(vt_context *context, const vt_tracks *all, bool held, vt_tracks *out) {
+// The tracks of number k with k % FOLDS == fold, or the others.
+static vt_status deal(vt_context *context, const vt_tracks *all, size_t fold, bool held, vt_tracks *out) {
   *out = (vt_tracks){.items = VT_NEW(context, vt_track, all->count + 1), .sights = VT_NEW(context, vt_sight, all->sight_count + 1)};
   if (!out->items || !out->sights) return VT_OUT_OF_MEMORY;
   for (size_t k = 0; k < all->count; k++) {
-    if ((k % FOLDS == 0) != held) continue;
+    if ((k % FOLDS == fold) != held) continue;
     vt_track track = all->items[k];
     memcpy(out->sights + out->sight_count, all->sights + track.first, track.count * sizeof *all->sights);
     track.first = (uint32_t)out->sight_count;
@@ -246,9 +257,9 @@ static vt_sight straightened(const adjustment *a, const vt_sight *sight) {
   return out;
 }
 
-// Root mean square, softened, of the distance of points from where they were seen, each placed by the photographs as adjusted.
-static vt_status judge(const adjustment *a, const vt_tracks *held, double *error) {
-  double sum = 0, lost = 1e3;
+// Adds the squared distances, softened, of points from where they were seen, each placed by the photographs as adjusted.
+static vt_status judge(const adjustment *a, const vt_tracks *held, double *sum) {
+  double lost = 1e3;
   vt_sight *sights = VT_NEW(a->context, vt_sight, held->sight_count + 1);
   if (!sights) return VT_OUT_OF_MEMORY;
   for (size_t k = 0; k < held->sight_count; k++) sights[k] = straightened(a, &held->sights[k]);
@@ -257,25 +268,64 @@ static vt_status judge(const adjustment *a, const vt_tracks *held, double *error
     vt_vec3 place = track->place;
     double own;
     bool there = vt_settle_track(a->now, sights + track->first, track->count, &place, &own);
-    sum += track->count * (there ? own * own : lost);
+    *sum += track->count * (there ? own * own : lost);
   }
   vt_free(a->context, sights);
-  *error = held->sight_count ? sqrt(sum / (double)held->sight_count) : 0;
   return VT_OK;
 }
 
-static vt_status compare(adjustment *a, const vt_tracks *chosen, vt_lens_report *report) {
-  vt_tracks fitted = {0}, held = {0};
-  vt_status status = deal(a->context, chosen, false, &fitted);
-  if (!status) status = deal(a->context, chosen, true, &held);
-  if (!status) status = adjust(a, &fitted, false);
-  if (!status) status = judge(a, &held, &report->before);
-  if (!status) status = adjust(a, &fitted, true);
-  if (!status) status = judge(a, &held, &report->after);
-  vt_free_tracks(a->context, &fitted);
-  vt_free_tracks(a->context, &held);
-  report->tried = !status;
+static void keep_state(adjustment *a, int freedom) {
+  memcpy(a->kept_pose[freedom], a->pose, (size_t)a->photos->count * sizeof *a->pose);
+  memcpy(a->kept_term[freedom], a->term, (size_t)a->photos->count * sizeof *a->term);
+}
+
+static void restore_state(adjustment *a, int freedom) {
+  memcpy(a->pose, a->kept_pose[freedom], (size_t)a->photos->count * sizeof *a->pose);
+  memcpy(a->term, a->kept_term[freedom], (size_t)a->photos->count * sizeof *a->term);
+}
+
+// The error of all points, each held back once, with so many terms free. Each adjustment starts where that to all points ended, which
+// saves steps and changes nothing else.
+static vt_status judge_freedom(adjustment *a, const vt_tracks *chosen, int freedom, double *error) {
+  vt_status status = VT_OK;
+  *error = 0;
+  for (size_t fold = 0; fold < FOLDS && !status; fold++) {
+    vt_tracks fitted = {0}, held = {0};
+    status = deal(a->context, chosen, fold, false, &fitted);
+    if (!status) status = deal(a->context, chosen, fold, true, &held);
+    restore_state(a, freedom);
+    if (!status) status = adjust(a, &fitted, freedoms[freedom]);
+    if (!status) status = judge(a, &held, error);
+    vt_free_tracks(a->context, &fitted);
+    vt_free_tracks(a->context, &held);
+    if (!status && vt_cancelled(a->context)) status = vt_fail(a->context, VT_CANCELLED, "lens: interrupted");
+  }
+  *error = sqrt(*error / (double)chosen->sight_count);
   return status;
+}
+
+// How many terms are best left free: the adjustment to all points with these is what `a` holds afterwards.
+static vt_status compare(adjustment *a, vt_tracks *chosen, vt_lens_report *report) {
+  double cost[3] = {0, 0, 0}, error[3] = {0, 0, 0};
+  vt_status status = VT_OK;
+  int best = 0;
+  for (int f = 0; f < 3 && !status; f++) {
+    status = adjust(a, chosen, freedoms[f]);
+    cost[f] = a->cost;
+    keep_state(a, f);
+  }
+  bool promising = cost[0] - fmin(cost[1], cost[2]) > LEAST_FALL;
+  if (!status && promising) status = judge_freedom(a, chosen, 0, &error[0]);
+  for (int f = 1; f < 3 && !status && promising; f++) {
+    if (!(cost[best] - cost[f] > LEAST_FALL)) continue;
+    status = judge_freedom(a, chosen, f, &error[f]);
+    if (!status && error[f] < error[best]) best = f;
+  }
+  report->before = error[0], report->after = error[best];
+  report->tried = !status && promising, report->kept = !status && best > 0;
+  if (!report->kept) return status;
+  restore_state(a, best);
+  return adjust(a, chosen, freedoms[best]);
 }
 
 // ---- what is kept
@@ -344,8 +394,7 @@ vt_status vt_adjust_lenses(vt_context *context, vt_photos *photos, vt_lens_repor
   if (!status && !report->why) {
     status = begin_adjustment(context, photos, &chosen, &a);
     if (!status) status = compare(&a, &chosen, report);
-    report->kept = !status && report->after < (1 - LEAST_GAIN) * report->before;
-    if (report->kept) status = adjust(&a, &chosen, true);
+
     if (report->kept && !status) status = take_over(&a, photos, report);
     report->why = report->kept ? "points held back are seen more nearly where they are" : "points held back are seen no more nearly where they are";
   }

@@ -354,6 +354,21 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
   return status;
 }
 
+static vt_status adjust_lenses(vt_context *context, const vt_capture_desc *desc, vt_photos *photos, vt_capture_report *report) {
+  vt_lens_report lens;
+  if (desc->keep_lens) return VT_OK;
+  double start = vt_seconds();
+  vt_status status = vt_adjust_lenses(context, photos, &lens);
+  report->lens_adjusted = !status && lens.kept;
+  report->lens_before = lens.before, report->lens_after = lens.after;
+  report->lens_corner = lens.corner_pixels, report->lens_focal = lens.focal_share;
+  if (!status && lens.kept)
+    vt_log(context, VT_LOG_NORMAL, "lens: adjusted to %zu sights of points; corners move by %.2f pixels, the focal length by %+.3f %%; points held back "
+           "are off by %.4f deviations instead of %.4f", lens.sight_count, lens.corner_pixels, 100 * lens.focal_share, lens.after, lens.before);
+  vt_log(context, VT_LOG_VERBOSE, "lens: %s (%.1f s)", lens.why, vt_seconds() - start);
+  return status;
+}
+
 // The tracks through the pictures as they were developed.
 static vt_status take_tracks(vt_context *context, const vt_photos *photos, vt_views *views) {
   vt_camera *cameras = VT_NEW(context, vt_camera, (size_t)views->count + 1);
@@ -379,6 +394,7 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
            report->calibration_from_cache ? " (kept from before)" : "");
     status = vt_find_ignored(context, desc->ignore, &s.photos);
   }
+  if (!status) status = adjust_lenses(context, desc, &s.photos, report);
   if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &s.photos);
   vt_world world = s.photos.world;
   if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, report);
@@ -441,6 +457,7 @@ vt_status vt_plan_capture(vt_context *context, const vt_capture_desc *desc, vt_c
   out->photograph_count = report.photograph_count;
   if (!status && s.known) {
     status = vt_find_ignored(context, desc->ignore, &s.photos);
+    if (!status) status = adjust_lenses(context, desc, &s.photos, &report); // what is kept of views depends on them
     if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, &report);
     if (!status) status = vt_find_developed(context, desc, &s.photos, &report, &out->views_kept, &out->views_cheap);
     megapixels = megapixels_of(&s.photos);

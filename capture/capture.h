@@ -35,6 +35,7 @@ typedef struct vt_capture_desc {
   const char *cache;       // folder where cameras and developed views are kept by content of the photographs; NULL: none
   int max_image_size;      // pixels, longer side of the pictures that are returned; 0: as they are
   uint32_t seed;           // of COLMAP's random choices where it has them
+  bool keep_lens;          // the lenses of a calibration stay as it found them; else they are adjusted to its tracks (adjust_lens.c)
 } vt_capture_desc;
 vt_capture_desc vt_default_capture_desc(void);
 
@@ -65,6 +66,9 @@ typedef struct vt_capture_report {
   double reprojection_error;     // pixels, mean; NAN where unknown
   double seconds_calibration, seconds_developing, seconds_mattes; // developing: reading, mattes, undistortion
   bool calibration_from_cache, views_from_cache;
+  bool lens_adjusted;            // to the calibration's tracks
+  double lens_before, lens_after; // RMS distance of points held back from where they were seen, in deviations; 0: not looked at
+  double lens_corner, lens_focal; // pixels by which the corners moved; share by which the focal length did
   int attempt_count;
   char **attempts;               // [attempt_count] what each attempt at the calibration reached; owned
   int warning_count;

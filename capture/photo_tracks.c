@@ -7,7 +7,7 @@
 
 #include "capture/photo_tracks.h"
 
-#define LEAST_DEVIATION 0.2 // pixels, of the photograph
+#define LEAST_DEVIATION 0.1 // pixels, of the photograph
 #define COMMON_DEVIATION 0.5 // where the source does not say
 
 static double mean_error(const vt_landmarks *landmarks) {

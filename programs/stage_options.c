@@ -41,6 +41,9 @@ const vt_option vt_source_options[] = {
      "folder of strokes on some of the photographs, named as they are: green or white is tree, red or black is not"},
     {"ignore", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks (or one for all), white where nothing is to be looked at, like a post before the tree"},
+    {"lens", 0, VT_OPTION_CHOICE, "auto|keep", 0, 0, false,
+     "adjust focal length and distortion of the photographs' lenses to the points that the calibration found; auto: kept only "
+     "where points that were held back are seen more nearly where they are"},
     {"max-image-size", 0, VT_OPTION_INTEGER, "N", 16, 65535, false,
      "reduce photographs to at most N pixels on the longer side"},
     {"height", 0, VT_OPTION_NUMBER, "METRES", 1e-6, 1e6, false, "the scale of the world: how high the tree is"},
@@ -95,6 +98,7 @@ vt_capture_desc vt_capture_desc_of(const vt_session *session, const char *source
   desc.marker_size = vt_number_of(arguments, "marker-size", desc.marker_size);
   desc.marker_cells = vt_integer_of(arguments, "marker-cells", desc.marker_cells);
   desc.ignore = vt_text_of(arguments, "ignore", desc.ignore);
+  desc.keep_lens = vt_choice_of(arguments, "lens", 0) == 1;
   desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
   desc.colmap = vt_text_of(arguments, "colmap", desc.colmap);
   desc.cache = session->cache;
@@ -166,6 +170,15 @@ void vt_report_source(vt_json_writer *json, const char *source, const vt_views *
   vt_json_put_integer(json, "photographs_test", vt_count_views(views, VT_TEST));
   vt_put_sentences(json, "photographs_left_out", report->left_out_count, report->left_out);
   vt_json_put_number(json, "reprojection_error", report->reprojection_error);
+  vt_json_put_bool(json, "lens_adjusted", report->lens_adjusted);
+  if (report->lens_before > 0) {
+    vt_json_put_number(json, "lens_held_out_before", report->lens_before);
+    vt_json_put_number(json, "lens_held_out_after", report->lens_after);
+  }
+  if (report->lens_adjusted) {
+    vt_json_put_number(json, "lens_corner_pixels", report->lens_corner);
+    vt_json_put_number(json, "lens_focal_share", report->lens_focal);
+  }
   vt_json_put_bool(json, "calibration_from_cache", report->calibration_from_cache);
   vt_json_put_bool(json, "views_from_cache", report->views_from_cache);
   vt_put_sentences(json, "calibration_attempts", report->attempt_count, report->attempts);
