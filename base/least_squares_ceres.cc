@@ -16,6 +16,7 @@
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
+#include <algorithm>
 #include <cmath>
 #include <new>
 #include <vector>
@@ -53,11 +54,26 @@ class block_cost : public ceres::CostFunction {
   const vt_residual_block block_;
 };
 
+// Ceres orders what it eliminates by address: the values of all groups stand one behind the other, or memory would have a say.
+std::vector<double> stage_values(int count, const vt_parameter_group *groups, std::vector<vt_parameter_group> *staged) {
+  std::vector<double> values;
+  for (int g = 0; g < count; g++) {
+    VT_ASSERT(groups[g].size >= 1 && groups[g].values);
+    values.insert(values.end(), groups[g].values, groups[g].values + groups[g].size);
+  }
+  staged->assign(groups, groups + count);
+  size_t at = 0;
+  for (vt_parameter_group &group : *staged) {
+    group.values = values.data() + at;
+    at += static_cast<size_t>(group.size);
+  }
+  return values; // moved: the addresses stay
+}
+
 vt_status add_groups(vt_context *context, const char *name, int count, const vt_parameter_group *groups,
                      ceres::Problem *problem) {
   for (int g = 0; g < count; g++) {
     const vt_parameter_group &group = groups[g];
-    VT_ASSERT(group.size >= 1 && group.values);
     problem->AddParameterBlock(group.values, group.size);
     for (int i = 0; i < group.size; i++) {
       const double v = group.values[i];
@@ -104,8 +120,11 @@ ceres::Solver::Options options_of(const vt_least_squares_desc *desc, int group_c
 }
 
 vt_status solve(vt_context *context, const vt_least_squares_desc *desc, const char *name, int group_count,
-                const vt_parameter_group *groups, int block_count, const vt_residual_block *blocks,
+                const vt_parameter_group *own_groups, int block_count, const vt_residual_block *blocks,
                 vt_least_squares_report *report) {
+  std::vector<vt_parameter_group> staged;
+  std::vector<double> values = stage_values(group_count, own_groups, &staged);
+  const vt_parameter_group *groups = staged.data();
   ceres::HuberLoss huber(desc->loss_width);
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -118,6 +137,7 @@ vt_status solve(vt_context *context, const vt_least_squares_desc *desc, const ch
     return vt_fail(context, VT_BAD_INPUT, "%s: its residuals cannot be computed at the start; start elsewhere", name);
   ceres::Solver::Summary summary;
   ceres::Solve(options_of(desc, group_count, groups), &problem, &summary);
+  for (int g = 0; g < group_count; g++) std::copy(groups[g].values, groups[g].values + groups[g].size, own_groups[g].values);
   report->initial_cost = summary.initial_cost;
   report->final_cost = summary.final_cost;
   report->iterations = static_cast<int>(summary.iterations.size()) - 1; // the first is the start

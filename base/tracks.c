@@ -245,7 +245,7 @@ static vt_status usual_error(vt_context *context, const float *error, size_t cou
 }
 
 vt_status vt_choose_tracks(vt_context *context, const vt_tracks *tracks, const vt_camera *cameras, int view_count, int most_of_a_view,
-                           vt_tracks *out) {
+                           vt_tracks *out, double *usual_or_null) {
   *out = (vt_tracks){0};
   vt_status status = pick_longest(context, tracks, view_count, most_of_a_view, out);
   if (status) return status;
@@ -253,7 +253,9 @@ vt_status vt_choose_tracks(vt_context *context, const vt_tracks *tracks, const v
   double usual = 0;
   status = job.error ? vt_parallel(context, out->count, 64, settle_some, &job) : VT_OUT_OF_MEMORY;
   if (!status) status = usual_error(context, job.error, out->sight_count, &usual);
-  job.cut = FAR * fmax(1, isfinite(usual) ? usual / USUAL : 1);
+  usual = fmax(1, isfinite(usual) ? usual / USUAL : 1);
+  if (usual_or_null) *usual_or_null = usual;
+  job.cut = FAR * usual;
   if (!status) status = vt_parallel(context, out->count, 64, settle_some, &job);
   size_t kept = 0, sights = 0;
   for (size_t k = 0; k < out->count && !status; k++) {

@@ -33,9 +33,9 @@ vt_status vt_renumber_tracks(vt_context *, const vt_tracks *, int view_count, co
 // What of the tracks can be worked with, its places found anew by these cameras: longest first, so many that each view has about
 // `most_of_a_view` sights where it has them. Left out: what is no number, behind a camera, in a view that is not there; sights that
 // contradict the rest of their track, by several times what is usual among all; tracks that one view alone sees, or all from
-// one side. VT_OUT_OF_MEMORY.
+// one side. *usual_or_null: how far off all sights are, in their deviations, at least 1: more where the cameras are wrong. VT_OUT_OF_MEMORY.
 vt_status vt_choose_tracks(vt_context *, const vt_tracks *, const vt_camera *cameras, int view_count, int most_of_a_view,
-                           vt_tracks *out);
+                           vt_tracks *out, double *usual_or_null);
 
 // The place that lies best in the photographs that see it, robustly, from *place if that is a number or where their rays meet.
 // *error: root mean square distance from the sights, in their deviations, counting each to 2 of them only. False: there is none.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 //   build/release/bench/bench_refine [--size N] [--views N] [--kind NAME] [--errors "T S F"] [--rig N] [--force]
-//                                    [--tracks N] [--photograph N] [--fov N] [--seed N] [--k1 K]
+//                                    [--tracks N] [--photograph N] [--fov N] [--seed N] [--k1 K] [--lens-only]
 //
 // --tracks: with so many points of the tree, looked for as a matcher would (vt_make_synthetic_tracks: unoccluded in three views at
 // least, 2 % that are anywhere), each known to half a pixel of a photograph of --photograph pixels, of which the picture is a
@@ -26,7 +26,7 @@ typedef struct arguments {
   int size, views, rig, tracks, seed, photograph;
   const char *kind;
   double turn, shift, focal, k1, fov; // degrees, per cent, per cent
-  bool one_error, force, lens;
+  bool one_error, force, lens, lens_only;
 } arguments;
 
 typedef struct apart { double degrees, share, pixels, angle, focal; } apart;
@@ -127,6 +127,21 @@ static vt_status straighten(vt_context *context, const arguments *a, vt_views *v
   return status;
 }
 
+static vt_status refine(vt_context *context, const arguments *a, const vt_camera *truth, vt_camera *now, vt_views *views, double start) {
+  vt_refine_desc desc = vt_default_refine_desc();
+  vt_refine_report report = {.why = ""};
+  if (a->force) desc.mode = VT_REFINE_ON;
+  vt_status status = vt_refine_views(context, &desc, views, &report);
+  copy_cameras(views, now);
+  apart after = measure(now, truth, a->views);
+  print_row("after", &after);
+  printf("  first look %.2f %%, alpha %.4f -> %.4f, %s: %s; %.1f processor seconds\n", 100 * report.first_gain, report.alpha_before,
+         report.alpha_after, report.kept ? "kept" : report.tried ? "not kept" : "not tried", report.why, vt_cpu_seconds() - start);
+  if (report.sight_count)
+    printf("  %zu sights, mean distance %.3f -> %.3f px\n", report.sight_count, report.track_before, report.track_after);
+  return status;
+}
+
 static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind kind, const double error[3]) {
   vt_synthetic_desc scene = vt_default_synthetic_desc();
   scene.kind = kind, scene.rig = (vt_rig)a->rig;
@@ -136,10 +151,7 @@ static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind 
   vt_damage_desc damage = vt_default_damage_desc();
   damage.seed = (uint64_t)a->seed, damage.pose_degrees = error[0], damage.pose_share = error[1] / 100, damage.focal_share = error[2] / 100;
   damage.distortion = a->k1;
-  vt_refine_desc desc = vt_default_refine_desc();
-  if (a->force) desc.mode = VT_REFINE_ON;
   vt_views views = {0};
-  vt_refine_report report = {.why = ""};
   size_t count = (size_t)a->views;
   vt_camera *truth = VT_NEW(context, vt_camera, count), *now = VT_NEW(context, vt_camera, count);
   vt_status status = truth && now ? vt_make_synthetic_views(context, &scene, &views) : VT_OUT_OF_MEMORY;
@@ -159,15 +171,7 @@ static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind 
       apart straight = measure(now, truth, a->views);
       print_row("lens", &straight);
     }
-    if (getenv("HACK")) exit(0);
-    if (!status) status = vt_refine_views(context, &desc, &views, &report);
-    copy_cameras(&views, now);
-    apart after = measure(now, truth, a->views);
-    print_row("after", &after);
-    printf("  first look %.2f %%, alpha %.4f -> %.4f, %s: %s; %.1f processor seconds\n", 100 * report.first_gain, report.alpha_before,
-           report.alpha_after, report.kept ? "kept" : report.tried ? "not kept" : "not tried", report.why, vt_cpu_seconds() - start);
-    if (report.sight_count)
-      printf("  %zu sights, mean distance %.3f -> %.3f px\n", report.sight_count, report.track_before, report.track_after);
+    if (!status && !a->lens_only) status = refine(context, a, truth, now, &views, start);
     fflush(stdout);
   }
   vt_free(context, now);
@@ -179,8 +183,8 @@ static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind 
 static bool read_arguments(int count, char **words, arguments *a) {
   *a = (arguments){.size = 400, .views = 32, .seed = 1, .photograph = 1600, .fov = 40};
   for (int i = 1; i < count; i++) {
-    if (!strcmp(words[i], "--force")) {
-      a->force = true;
+    if (!strcmp(words[i], "--force") || !strcmp(words[i], "--lens-only")) {
+      *(strcmp(words[i], "--force") ? &a->lens_only : &a->force) = true;
       continue;
     }
     if (i + 1 == count) return false;
@@ -206,7 +210,7 @@ int main(int count, char **words) {
   static const double errors[][3] = {{0, 0, 0}, {0.2, 0.2, 0}, {0.1, 0.1, 0.2}};
   arguments a;
   if (!read_arguments(count, words, &a)) {
-    fprintf(stderr, "bench_refine [--size N] [--views N] [--kind NAME] [--errors \"T S F\"] [--rig 0..5] [--force] [--tracks N] [--photograph N] [--fov N] [--seed N] [--k1 K]\n");
+    fprintf(stderr, "bench_refine [--size N] [--views N] [--kind NAME] [--errors \"T S F\"] [--rig 0..5] [--force] [--tracks N] [--photograph N] [--fov N] [--seed N] [--k1 K [--lens-only]]\n");
     return VT_BAD_USAGE;
   }
   vt_context_desc desc = vt_default_context_desc();

@@ -45,6 +45,7 @@ typedef struct adjustment {
   double *distance;       // [photos] world
   int free_terms;         // the first ones of a lens; the others stay
   double (*kept_pose[3])[6], (*kept_term[3])[TERMS]; // after the adjustments to all points
+  double width;           // of Huber's loss
   double cost;            // half the sum of squares that the last adjustment left
 } adjustment;
 
@@ -99,7 +100,7 @@ static bool evaluate(void *user, const double *const *parameters, double *residu
   look(&a->photos->items[b->photo].lens, parameters[1], p, pixel, jacobians ? by_point : NULL, by_term);
   for (int r = 0; r < 2; r++) residuals[r] = b->weight * (pixel[r] - b->pixel[r]);
   if (!isfinite(residuals[0] + residuals[1])) return false;
-  vt_huber_plane(residuals, WIDTH, map);
+  vt_huber_plane(residuals, a->width, map);
   for (int r = 0; r < 2 && jacobians; r++) {
     double m[2] = {b->weight * map[2 * r], b->weight * map[2 * r + 1]}, row[3];
     for (int k = 0; k < 3; k++) row[k] = m[0] * by_point[0][k] + m[1] * by_point[1][k];
@@ -153,7 +154,7 @@ static double usual_depth(int photo, const vt_tracks *tracks, const vt_camera *c
 static vt_status begin_adjustment(vt_context *context, const vt_photos *photos, const vt_tracks *tracks, adjustment *a) {
   size_t count = (size_t)photos->count;
   *a = (adjustment){context, photos, 0, VT_NEW(context, int, count), VT_NEW(context, vt_camera, count), VT_NEW(context, vt_camera, count),
-                    vt_alloc(context, count, sizeof *a->pose), vt_alloc(context, count, sizeof *a->term), VT_NEW(context, double, count), 1, {NULL}, {NULL}, 0};
+                    vt_alloc(context, count, sizeof *a->pose), vt_alloc(context, count, sizeof *a->term), VT_NEW(context, double, count), 1, {NULL}, {NULL}, WIDTH, 0};
   bool there = a->lens && a->came && a->now && a->pose && a->term && a->distance;
   for (int f = 0; f < 3; f++) {
     a->kept_pose[f] = vt_alloc(context, count, sizeof *a->pose), a->kept_term[f] = vt_alloc(context, count, sizeof *a->term);
@@ -367,13 +368,13 @@ static bool has_bent_lens(const vt_photos *photos) {
   return photos->count > 0;
 }
 
-static vt_status choose(vt_context *context, const vt_photos *photos, vt_tracks *out) {
+static vt_status choose(vt_context *context, const vt_photos *photos, vt_tracks *out, double *usual) {
   vt_tracks all = {0};
   vt_camera *cameras = VT_NEW(context, vt_camera, (size_t)photos->count + 1);
   if (!cameras) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < photos->count; i++) cameras[i] = vt_photo_camera(&photos->items[i]);
   vt_status status = vt_photo_tracks(context, photos, cameras, &all);
-  if (!status) status = vt_choose_tracks(context, &all, cameras, photos->count, SIGHTS_OF_A_PHOTO, out);
+  if (!status) status = vt_choose_tracks(context, &all, cameras, photos->count, SIGHTS_OF_A_PHOTO, out, usual);
   vt_free_tracks(context, &all);
   vt_free(context, cameras);
   return status;
@@ -388,13 +389,16 @@ vt_status vt_adjust_lenses(vt_context *context, vt_photos *photos, vt_lens_repor
   if (report->why) return VT_OK;
   vt_tracks chosen = {0};
   adjustment a = {0};
-  vt_status status = choose(context, photos, &chosen);
+  double usual = 1;
+  vt_status status = choose(context, photos, &chosen, &usual);
   report->sight_count = chosen.sight_count;
   if (!status && chosen.sight_count < (size_t)LEAST_SIGHTS * (size_t)photos->count) report->why = "too few tracks";
   if (!status && !report->why) {
     status = begin_adjustment(context, photos, &chosen, &a);
+    a.width = WIDTH * usual; // where cameras are wrong, plain squares first: Huber's bend costs steps
+    if (!status && usual > 1.5) status = adjust(&a, &chosen, freedoms[0]);
+    a.width = WIDTH;
     if (!status) status = compare(&a, &chosen, report);
-
     if (report->kept && !status) status = take_over(&a, photos, report);
     report->why = report->kept ? "points held back are seen more nearly where they are" : "points held back are seen no more nearly where they are";
   }

@@ -291,7 +291,8 @@ static void free_problem(vt_context *context, problem *p) {
 static vt_status make_problem(vt_refinement *r, problem *p) {
   int views = r->views.count, lenses = r->lens_count, most = 1;
   vt_tracks tracks;
-  vt_status status = vt_choose_refinement_tracks(r, &tracks);
+  double usual;
+  vt_status status = vt_choose_refinement_tracks(r, &tracks, &usual);
   size_t all = (size_t)(2 * views + lenses) + tracks.count + tracks.sight_count;
   for (int i = 0; i < views; i++) most = r->silhouettes[i].count > most ? r->silhouettes[i].count : most;
   *p = (problem){VT_NEW(r->context, vt_parameter_group, all), VT_NEW(r->context, vt_residual_block, all),
@@ -317,7 +318,7 @@ static vt_status make_problem(vt_refinement *r, problem *p) {
     p->groups[2 * views + l] = (vt_parameter_group){.values = &r->log_focal[l], .size = 1};
     p->blocks[p->block_count++] = (vt_residual_block){focal_prior, &p->focal_scale, 1, 1, &p->of_lens[l]};
   }
-  vt_add_sights(r, &p->tracks, 2 * views, 2 * views + lenses, p->groups + 2 * views + lenses, p->sights, p->blocks + p->block_count);
+  vt_add_sights(r, &p->tracks, usual, 2 * views, 2 * views + lenses, p->groups + 2 * views + lenses, p->sights, p->blocks + p->block_count);
   p->block_count += (int)tracks.sight_count;
   return VT_OK;
 }

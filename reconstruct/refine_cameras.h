@@ -64,11 +64,12 @@ typedef struct vt_sight_block {
   int groups[3];                  // pose, lens, place
 } vt_sight_block;
 
-// The tracks that are worked with, by the cameras as they are now; none where there are none, or they are passed over.
-vt_status vt_choose_refinement_tracks(vt_refinement *, vt_tracks *out);
+// The tracks that are worked with, by the cameras as they are now; none where there are none, or they are passed over. *usual: as
+// vt_choose_tracks says it.
+vt_status vt_choose_refinement_tracks(vt_refinement *, vt_tracks *out, double *usual);
 // Groups [tracks] for their places, numbered from first_group, and blocks [sights] that depend on these, on the views' poses (groups
 // 0 ..) and on lenses (from first_lens); `sights` [sights] is what the blocks point to.
-void vt_add_sights(vt_refinement *, vt_tracks *chosen, int first_lens, int first_group, vt_parameter_group *groups,
+void vt_add_sights(vt_refinement *, vt_tracks *chosen, double usual, int first_lens, int first_group, vt_parameter_group *groups,
                    vt_sight_block *sights, vt_residual_block *blocks);
 
 #ifdef __cplusplus

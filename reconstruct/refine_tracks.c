@@ -10,7 +10,9 @@
 // dragged by the background, mattes hold. Both kinds of residuals stand in one sum in units of their deviations. Sights are taken for
 // independent, unlike a matte's pixels: each is another patch of bark, and a wrong one is thrown out, or pulls no more than Huber lets
 // it. Places are eliminated (Schur), since each belongs to few sights, and found anew from the cameras before each solution: they
-// follow every turn and scale of the whole by themselves, and who was thrown out by bad cameras is heard again with better ones.
+// follow every turn and scale of the whole by themselves, and who was thrown out by bad cameras is heard again with better ones. While
+// cameras are many deviations off, Huber's bend is as far out as the sights usually are: within it steps are those of plain squares, and
+// beyond it they are short (from 20 deviations, eight of them ended half way).
 
 #include "reconstruct/refine_cameras.h"
 
@@ -18,21 +20,22 @@
 #define SIGHTS_OF_A_VIEW 400
 #define SIGHTS_OF_ALL 150000
 
-vt_status vt_choose_refinement_tracks(vt_refinement *r, vt_tracks *out) {
-  *out = (vt_tracks){0};
+vt_status vt_choose_refinement_tracks(vt_refinement *r, vt_tracks *out, double *usual) {
+  *out = (vt_tracks){0}, *usual = 1;
   if (r->without_tracks || !r->tracks.count) return VT_OK;
   int most = SIGHTS_OF_ALL / r->views.count;
   vt_camera *now = VT_NEW(r->context, vt_camera, (size_t)r->views.count);
   if (!now) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < r->views.count; i++) now[i] = r->views.items[i].camera;
-  vt_status status = vt_choose_tracks(r->context, &r->tracks, now, r->views.count, most < SIGHTS_OF_A_VIEW ? most : SIGHTS_OF_A_VIEW, out);
+  vt_status status = vt_choose_tracks(r->context, &r->tracks, now, r->views.count, most < SIGHTS_OF_A_VIEW ? most : SIGHTS_OF_A_VIEW, out, usual);
   vt_free(r->context, now);
   return status;
 }
 
 vt_status vt_refinement_track_error(vt_refinement *r, double *pixels, size_t *sight_count) {
   vt_tracks tracks;
-  vt_status status = vt_choose_refinement_tracks(r, &tracks);
+  double usual;
+  vt_status status = vt_choose_refinement_tracks(r, &tracks, &usual);
   *pixels = 0, *sight_count = tracks.sight_count;
   for (size_t k = 0; k < tracks.count && !status; k++)
     for (uint32_t i = 0; i < tracks.items[k].count; i++) {
@@ -72,14 +75,14 @@ static bool evaluate(void *user, const double *const *parameters, double *residu
   return true;
 }
 
-void vt_add_sights(vt_refinement *r, vt_tracks *chosen, int first_lens, int first_group, vt_parameter_group *groups,
+void vt_add_sights(vt_refinement *r, vt_tracks *chosen, double usual, int first_lens, int first_group, vt_parameter_group *groups,
                    vt_sight_block *sights, vt_residual_block *blocks) {
   for (size_t k = 0; k < chosen->count; k++) {
     vt_track *track = &chosen->items[k];
     groups[k] = (vt_parameter_group){.values = &track->place.x, .size = 3, .eliminated = true};
     for (uint32_t i = track->first; i < track->first + track->count; i++) {
       const vt_sight *s = &chosen->sights[i];
-      sights[i] = (vt_sight_block){&r->input[s->view], r->distance[s->view], 1 / (double)s->deviation, WIDTH,
+      sights[i] = (vt_sight_block){&r->input[s->view], r->distance[s->view], 1 / (double)s->deviation, WIDTH * usual,
                                    {(double)s->pixel[0], (double)s->pixel[1]}, {s->view, first_lens + r->lens[s->view], first_group + (int)k}};
       blocks[i] = (vt_residual_block){evaluate, &sights[i], 2, 3, sights[i].groups};
     }
