@@ -14,7 +14,7 @@
 //
 // Is it better, or only more pliable? The cost must fall by what chance does not give, and points that were not adjusted to must be
 // seen more nearly where they are: a third of them is held back, the photographs are adjusted to the others with the lens as it came,
-// with k1 free and with all terms free, and the points held back are placed by each; so each third in turn. The held-out error alone is
+// with k1, with k2, and with all terms free, and the points held back are placed by each; so each third in turn. The held-out error alone is
 // a coin toss just where it matters (k1 = .01, 60 degrees, 7,000 sights: it should fall by .0008 and does by -.0003 to .0024), the
 // cost alone takes what a model gains by bending to errors that sights share.
 
@@ -26,13 +26,14 @@
 #include <string.h>
 
 
-enum { TERMS = 5, FOLDS = 3, SIGHTS_OF_A_PHOTO = 400, LEAST_SIGHTS = 30, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
+enum { TERMS = 5, FREEDOMS = 4, FOLDS = 3, SIGHTS_OF_A_PHOTO = 400, LEAST_SIGHTS = 30, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
 #define WIDTH 1.5         // deviations, of Huber's loss
 #define LEAST_FALL 5.0    // of the cost, half of chi square: beyond three deviations for one term more
 #define STAYS 1e7         // 1 over a deviation that is none
 #define TURN 0.02         // deviations of the priors: radians
 #define SHIFT 0.02        // share of the distance
-static const int freedoms[3] = {1, 2, TERMS}; // the focal length, as in the calibration that is to be beaten; k1 too; all
+// The focal length, as in the calibration that is to be beaten; k1 too; k2 too; all.
+static const int freedoms[FREEDOMS] = {1, 2, 3, TERMS};
 static const double term_deviation[TERMS] = {0.05, 0.1, 0.05, 0.003, 0.003};
 
 typedef struct adjustment {
@@ -44,7 +45,7 @@ typedef struct adjustment {
   double (*term)[TERMS];  // [photos, of which lens_count count]
   double *distance;       // [photos] world
   int free_terms;         // the first ones of a lens; the others stay
-  double (*kept_pose[3])[6], (*kept_term[3])[TERMS]; // after the adjustments to all points
+  double (*kept_pose[FREEDOMS])[6], (*kept_term[FREEDOMS])[TERMS]; // after the adjustments to all points
   double width;           // of Huber's loss
   double cost;            // half the sum of squares that the last adjustment left
 } adjustment;
@@ -132,9 +133,9 @@ static bool same_lens(const vt_lens *a, const vt_lens *b) {
 }
 
 static void end_adjustment(adjustment *a) {
-  void *blocks[] = {a->lens, a->came, a->now, a->pose, a->term, a->distance, a->kept_pose[0], a->kept_pose[1], a->kept_pose[2],
-                    a->kept_term[0], a->kept_term[1], a->kept_term[2]};
+  void *blocks[] = {a->lens, a->came, a->now, a->pose, a->term, a->distance};
   if (!a->context) return;
+  for (int f = 0; f < FREEDOMS; f++) vt_free(a->context, a->kept_pose[f]), vt_free(a->context, a->kept_term[f]);
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) vt_free(a->context, blocks[i]);
 }
 
@@ -156,7 +157,7 @@ static vt_status begin_adjustment(vt_context *context, const vt_photos *photos, 
   *a = (adjustment){context, photos, 0, VT_NEW(context, int, count), VT_NEW(context, vt_camera, count), VT_NEW(context, vt_camera, count),
                     vt_alloc(context, count, sizeof *a->pose), vt_alloc(context, count, sizeof *a->term), VT_NEW(context, double, count), 1, {NULL}, {NULL}, WIDTH, 0};
   bool there = a->lens && a->came && a->now && a->pose && a->term && a->distance;
-  for (int f = 0; f < 3; f++) {
+  for (int f = 0; f < FREEDOMS; f++) {
     a->kept_pose[f] = vt_alloc(context, count, sizeof *a->pose), a->kept_term[f] = vt_alloc(context, count, sizeof *a->term);
     there = there && a->kept_pose[f] && a->kept_term[f];
   }
@@ -307,17 +308,17 @@ static vt_status judge_freedom(adjustment *a, const vt_tracks *chosen, int freed
 
 // How many terms are best left free: the adjustment to all points with these is what `a` holds afterwards.
 static vt_status compare(adjustment *a, vt_tracks *chosen, vt_lens_report *report) {
-  double cost[3] = {0, 0, 0}, error[3] = {0, 0, 0};
+  double cost[FREEDOMS] = {0}, error[FREEDOMS] = {0}, least = 0;
   vt_status status = VT_OK;
   int best = 0;
-  for (int f = 0; f < 3 && !status; f++) {
+  for (int f = 0; f < FREEDOMS && !status; f++) {
     status = adjust(a, chosen, freedoms[f]);
-    cost[f] = a->cost;
+    cost[f] = a->cost, least = f ? fmin(least, a->cost) : a->cost;
     keep_state(a, f);
   }
-  bool promising = cost[0] - fmin(cost[1], cost[2]) > LEAST_FALL;
+  bool promising = cost[0] - least > LEAST_FALL;
   if (!status && promising) status = judge_freedom(a, chosen, 0, &error[0]);
-  for (int f = 1; f < 3 && !status && promising; f++) {
+  for (int f = 1; f < FREEDOMS && !status && promising; f++) {
     if (!(cost[best] - cost[f] > LEAST_FALL)) continue;
     status = judge_freedom(a, chosen, f, &error[f]);
     if (!status && error[f] < error[best]) best = f;

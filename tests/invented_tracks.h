@@ -36,14 +36,14 @@ static inline vt_tracks invent_tracks(vt_context *context, const vt_camera *came
     do
       for (int c = 0; c < 3; c++) v[c] = vt_random_between(&rng, -1.3, 1.3);
     while (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] > 1.69);
-    vt_vec3 place = vt_v3(v[0], v[1], v[2]);
+    vt_vec3 point = vt_v3(v[0], v[1], v[2]);
     vt_track *track = &out.items[out.count++];
     *track = (vt_track){vt_v3(NAN, NAN, NAN), (uint32_t)out.sight_count, 0};
     for (int i = 0; i < camera_count; i++) {
       const vt_camera *c = &cameras[i];
       vt_vec3 side = vt_normalise(vt_camera_centre(c));
       double p[2], off[2] = {noise * normal_number(&rng), noise * normal_number(&rng)}, wrong = vt_random_unit(&rng);
-      if (vt_dot(vt_normalise(place), side) < 0.6 || !vt_project(c, place, p)) continue;
+      if (vt_dot(vt_normalise(point), side) < 0.6 || !vt_project(c, point, p)) continue;
       double x = (p[0] - c->cx) / c->fx, y = (p[1] - c->cy) / c->fy, bend = 1 + k1 * (x * x + y * y);
       p[0] = c->cx + c->fx * x * bend + off[0], p[1] = c->cy + c->fy * y * bend + off[1];
       if (p[0] < 0 || p[1] < 0 || p[0] > c->width || p[1] > c->height) continue;
