@@ -145,7 +145,8 @@ static vt_status refine(vt_context *context, const arguments *a, const vt_camera
 static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind kind, const double error[3]) {
   vt_synthetic_desc scene = vt_default_synthetic_desc();
   scene.kind = kind, scene.rig = (vt_rig)a->rig;
-  scene.train_count = a->views, scene.test_count = 0, scene.width = scene.height = a->size, scene.supersample = 4, scene.fov_y = a->fov * VT_PI / 180;
+  scene.train_count = a->views, scene.test_count = 0, scene.width = scene.height = a->size, scene.supersample = 4;
+  if (a->fov > 0) scene.fov_y = a->fov * VT_PI / 180;
   scene.leaf_count = kind == VT_SYNTHETIC_TREE ? 4000 : -1;
   if (vt_is_phantom(kind)) scene.peak_extinction = 4;
   vt_damage_desc damage = vt_default_damage_desc();
@@ -181,7 +182,7 @@ static vt_status run(vt_context *context, const arguments *a, vt_synthetic_kind 
 }
 
 static bool read_arguments(int count, char **words, arguments *a) {
-  *a = (arguments){.size = 400, .views = 32, .seed = 1, .photograph = 1600, .fov = 40};
+  *a = (arguments){.size = 400, .views = 32, .seed = 1, .photograph = 1600};
   for (int i = 1; i < count; i++) {
     if (!strcmp(words[i], "--force") || !strcmp(words[i], "--lens-only")) {
       *(strcmp(words[i], "--force") ? &a->lens_only : &a->force) = true;

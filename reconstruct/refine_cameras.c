@@ -7,7 +7,7 @@
 // [Hernandez, Schmitt & Cipolla 2007, silhouette coherence; METHODS 6]:
 //
 //   least of  sum_views sum_pixels huber(w (alpha(camera) - matte)) + |turn|^2 / s_turn^2 + |shift|^2 / s_shift^2
-//             + (ln focal factor)^2 / s_focal^2
+//             + (ln focal factor)^2 / s_focal^2  + what tracks say
 //
 // over six numbers a view and one a lens, by Levenberg and Marquardt (Ceres), with exact derivatives of the volume
 // (silhouette.c). Can it be done? At 400 pixels and 40 degrees 0.05 degrees are half a pixel. A turn and a
@@ -23,8 +23,10 @@
 // shrink by 6 % a round); volumes that leave a view's fold out, for solving (a hull of others is always a little larger: 0.4
 // pixels of bias where one volume of all views has 0.3, at four times the cost). For judging they are right: refine_views.c.
 //
+// Where a calibration left tracks, these hold what mattes do not (refine_tracks.c), in the same sum.
+//
 // Place, turn and size of everything together are nobody's: after each round the cameras are laid back onto those that came
-// (align_cameras.c). Lens distortion is not refined: views are pinholes, and a bent picture would have to be resampled.
+// (align_cameras.c). Lens distortion is adjusted before the photographs are developed (capture/adjust_lens.c): views are pinholes.
 
 #include "reconstruct/refine_cameras.h"
 #include "reconstruct/bounds.h"

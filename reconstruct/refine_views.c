@@ -3,7 +3,9 @@
 //
 // A look first: one coarse volume of all views, and one solution of all poses in it. Cameras that are exact lower the mattes'
 // error by 0.3 (pine) to 1.5 % (maple) then, for noise is always fitted a little, and cameras that are one to two pixels off by
-// 3 to 9 %; below NEEDED nothing more is done. That costs about what the coarse levels of a draft cost.
+// 3 to 9 %; below NEEDED nothing more is done, unless the tracks lie much better after it. That costs about what the coarse levels of a
+// draft cost. A calibration's cameras are where its tracks lie best, so there this says nothing new; cameras that somebody rounded or
+// moved show at once.
 //
 // Judged by views that a volume has not seen: the views are dealt to folds, each fold's poses are fitted to the volume of the
 // others, and the error of its mattes there is taken; once with volumes from the cameras that came, once from the refined ones.
