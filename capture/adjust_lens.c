@@ -26,7 +26,8 @@
 #include <string.h>
 
 
-enum { TERMS = 5, FREEDOMS = 4, FOLDS = 3, SIGHTS_OF_A_PHOTO = 400, LEAST_SIGHTS = 30, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
+enum { TERMS = 5, FREEDOMS = 4, FOLDS = 3, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
+enum { SIGHTS_OF_A_PHOTO = 400, SIGHTS_OF_ALL = 40000, LEAST_SIGHTS = 30 }; // of a photo: 40 where there are a thousand
 #define WIDTH 1.5         // deviations, of Huber's loss
 #define LEAST_FALL 5.0    // of the cost, half of chi square: beyond three deviations for one term more
 #define STAYS 1e7         // 1 over a deviation that is none
@@ -374,8 +375,10 @@ static vt_status choose(vt_context *context, const vt_photos *photos, vt_tracks 
   vt_camera *cameras = VT_NEW(context, vt_camera, (size_t)photos->count + 1);
   if (!cameras) return VT_OUT_OF_MEMORY;
   for (int i = 0; i < photos->count; i++) cameras[i] = vt_photo_camera(&photos->items[i]);
+  int most = SIGHTS_OF_ALL / (photos->count + 1);
+  most = most > SIGHTS_OF_A_PHOTO ? SIGHTS_OF_A_PHOTO : most < LEAST_SIGHTS + 10 ? LEAST_SIGHTS + 10 : most;
   vt_status status = vt_photo_tracks(context, photos, cameras, &all);
-  if (!status) status = vt_choose_tracks(context, &all, cameras, photos->count, SIGHTS_OF_A_PHOTO, out, usual);
+  if (!status) status = vt_choose_tracks(context, &all, cameras, photos->count, most, out, usual);
   vt_free_tracks(context, &all);
   vt_free(context, cameras);
   return status;

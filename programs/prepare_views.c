@@ -67,6 +67,7 @@ vt_status vt_prepare_views(vt_session *session, vt_views *views, vt_preparation 
   if (out->mattes.disagreement) say_mattes(session, views, &out->mattes);
   vt_begin_stage(session);
   if (is_wanted(arguments, "refine", views)) status = vt_refine_views(context, &refine, views, &out->cameras);
+  vt_free_tracks(context, &views->tracks); // nobody asks for them again
   if (status) return status;
   vt_end_stage(session, "refining cameras");
   say_cameras(session, &out->cameras);

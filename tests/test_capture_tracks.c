@@ -149,6 +149,29 @@ static void a_wrong_distortion_comes_back(void **state) {
   close_place(&p);
 }
 
+static void any_number_of_threads_gives_the_same_lens(void **state) {
+  (void)state;
+  need_ceres();
+  static const int thread_counts[] = {1, 7};
+  vt_lens lens[2];
+  vt_mat3 rotation[2];
+  for (int t = 0; t < 2; t++) {
+    vt_context_desc desc = vt_default_context_desc();
+    desc.thread_count = thread_counts[t], desc.log_level = VT_LOG_QUIET;
+    vt_context *context = vt_create_context(&desc);
+    vt_camera truth[CAMERAS];
+    vt_lens_report report;
+    vt_photos photos = take_photos(context, VT_LENS_OPENCV, 0.1, 0, 0.2, truth);
+    assert_int_equal(vt_adjust_lenses(context, &photos, &report), VT_OK);
+    assert_true(report.kept);
+    lens[t] = photos.items[0].lens, rotation[t] = photos.items[7].rotation;
+    vt_free_photos(context, &photos);
+    vt_destroy_context(context);
+  }
+  assert_memory_equal(&lens[0], &lens[1], sizeof lens[0]);
+  assert_memory_equal(&rotation[0], &rotation[1], sizeof rotation[0]);
+}
+
 static void a_lens_that_is_right_or_none_stays_bit_for_bit(void **state) {
   (void)state;
   place p = open_place();
@@ -220,6 +243,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(points_know_their_pixels_in_text_and_in_binary),
                                      cmocka_unit_test(photographs_that_are_left_out_take_their_sights_along),
                                      cmocka_unit_test(a_wrong_distortion_comes_back),
+                                     cmocka_unit_test(any_number_of_threads_gives_the_same_lens),
                                      cmocka_unit_test(a_lens_that_is_right_or_none_stays_bit_for_bit),
                                      cmocka_unit_test(landmarks_of_any_kind_harm_nothing),
                                      cmocka_unit_test(tracks_fall_where_the_straightened_picture_shows_them)};
