@@ -165,7 +165,7 @@ static bool is_orphan(const char *name, const struct stat *about) {
 }
 
 static bool is_entry(const char *name) {
-  static const char *const kinds[] = {"calibration-", "work-", "views-", "tree-"}; // what we never made is never removed
+  static const char *const kinds[] = {"calibration-", "work-", "lens-", "views-", "tree-"}; // what we never made is never removed
   size_t length = strlen(name);
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     if (!strncmp(name, kinds[i], strlen(kinds[i])))

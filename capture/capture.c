@@ -8,12 +8,12 @@
 #include "capture/capture.h"
 #include "base/file.h"
 #include "base/image_file.h"
-#include "capture/adjust_lens.h"
 #include "capture/bundler.h"
 #include "capture/calibrate.h"
 #include "capture/check.h"
 #include "capture/colmap_model.h"
 #include "capture/develop.h"
+#include "capture/keep_lens.h"
 #include "capture/keep_views.h"
 #include "capture/masks.h"
 #include "capture/photo_tracks.h"
@@ -354,11 +354,11 @@ vt_status vt_convert_cameras(vt_context *context, const vt_capture_desc *desc, v
   return status;
 }
 
-static vt_status adjust_lenses(vt_context *context, const vt_capture_desc *desc, vt_photos *photos, vt_capture_report *report) {
+static vt_status adjust_lenses(vt_context *context, const vt_capture_desc *desc, bool keep, vt_photos *photos, vt_capture_report *report) {
   vt_lens_report lens;
   if (desc->keep_lens) return VT_OK;
   double start = vt_seconds();
-  vt_status status = vt_adjust_lenses(context, photos, &lens);
+  vt_status status = vt_adjust_lenses_or_take(context, desc->cache, keep, photos, &lens);
   report->lens_adjusted = !status && lens.kept;
   report->lens_before = lens.before, report->lens_after = lens.after;
   report->lens_corner = lens.corner_pixels, report->lens_focal = lens.focal_share;
@@ -394,7 +394,7 @@ vt_status vt_load_views(vt_context *context, const vt_capture_desc *desc, vt_vie
            report->calibration_from_cache ? " (kept from before)" : "");
     status = vt_find_ignored(context, desc->ignore, &s.photos);
   }
-  if (!status) status = adjust_lenses(context, desc, &s.photos, report);
+  if (!status) status = adjust_lenses(context, desc, true, &s.photos, report);
   if (!status) status = vt_find_world(context, desc, report->kind == VT_SOURCE_TRANSFORMS, &s.photos);
   vt_world world = s.photos.world;
   if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, report);
@@ -457,7 +457,7 @@ vt_status vt_plan_capture(vt_context *context, const vt_capture_desc *desc, vt_c
   out->photograph_count = report.photograph_count;
   if (!status && s.known) {
     status = vt_find_ignored(context, desc->ignore, &s.photos);
-    if (!status) status = adjust_lenses(context, desc, &s.photos, &report); // what is kept of views depends on them
+    if (!status) status = adjust_lenses(context, desc, false, &s.photos, &report); // what is kept of views depends on them
     if (!status) status = vt_choose_mattes(context, desc, s.root, &s.photos, &report);
     if (!status) status = vt_find_developed(context, desc, &s.photos, &report, &out->views_kept, &out->views_cheap);
     megapixels = megapixels_of(&s.photos);

@@ -3,6 +3,7 @@
 #include "base/adjust_camera.h"
 #include "base/least_squares.h"
 #include "capture/adjust_lens.h"
+#include "capture/keep_lens.h"
 #include "capture/photo_tracks.h"
 #include "tests/capture_folders.h"
 #include "tests/invented_tracks.h"
@@ -95,10 +96,10 @@ static void photographs_that_are_left_out_take_their_sights_along(void **state) 
 enum { CAMERAS = 20, SIZE = 1200 };
 
 // Photographs bent by true_k1 whose calibration believes in k1, with the tracks as landmarks; poses and focal length a little off.
-static vt_photos take_photos(vt_context *context, vt_lens_model model, double k1, double true_k1, double noise, vt_camera *truth) {
+static vt_photos take_photos(vt_context *context, vt_lens_model model, double k1, double true_k1, double noise, int points, vt_camera *truth) {
   vt_photos out = {0};
   put_cameras(CAMERAS, SIZE, truth);
-  vt_tracks tracks = invent_tracks(context, truth, CAMERAS, 1000, noise, 0.02, true_k1);
+  vt_tracks tracks = invent_tracks(context, truth, CAMERAS, points, noise, 0.02, true_k1);
   vt_rng rng = vt_seed_rng(4, 4);
   for (int i = 0; i < CAMERAS; i++) {
     double pose[6];
@@ -132,7 +133,7 @@ static void find_lens(double wrong) {
   vt_camera truth[CAMERAS];
   vt_lens_report report;
   double true_k1 = -0.05;
-  vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, true_k1 + wrong, true_k1, 0.2, truth);
+  vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, true_k1 + wrong, true_k1, 0.2, 1000, truth);
   assert_int_equal(vt_adjust_lenses(p.context, &photos, &report), VT_OK);
   const vt_lens *lens = &photos.items[0].lens;
   printf("k1 off by %.4f -> %.4f, focal length by %.5f, points held back by %.4f -> %.4f deviations: %s\n", wrong,
@@ -167,7 +168,7 @@ static void any_number_of_threads_gives_the_same_lens(void **state) {
     vt_context *context = vt_create_context(&desc);
     vt_camera truth[CAMERAS];
     vt_lens_report report;
-    vt_photos photos = take_photos(context, VT_LENS_OPENCV, 0.1, 0, 0.2, truth);
+    vt_photos photos = take_photos(context, VT_LENS_OPENCV, 0.1, 0, 0.2, 400, truth);
     assert_int_equal(vt_adjust_lenses(context, &photos, &report), VT_OK);
     assert_true(report.kept);
     lens[t] = photos.items[0].lens, rotation[t] = photos.items[7].rotation;
@@ -178,13 +179,49 @@ static void any_number_of_threads_gives_the_same_lens(void **state) {
   assert_memory_equal(&rotation[0], &rotation[1], sizeof rotation[0]);
 }
 
+static void a_kept_lens_is_the_same_to_the_last_bit_and_a_damaged_one_is_made_again(void **state) {
+  (void)state;
+  need_ceres();
+  place p = open_place();
+  char cache[900];
+  vt_lens lens[4];
+  vt_camera truth[CAMERAS];
+  vt_vec3 point[4];
+  snprintf(cache, sizeof cache, "%.880s", at(&p, "cache"));
+  for (int run = 0; run < 4; run++) { // looked at only; made; taken; damaged and made again
+    vt_lens_report report;
+    vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, 0.1, 0, 0.2, 400, truth);
+    assert_int_equal(vt_adjust_lenses_or_take(p.context, cache, run > 0, &photos, &report), VT_OK);
+    assert_true(report.kept && report.sight_count > 600 && report.after < report.before);
+    assert_true((strstr(report.why, "before") != NULL) == (run == 2));
+    assert_true(vt_is_folder(cache) == (run > 0));
+    lens[run] = photos.items[0].lens;
+    for (size_t k = 0; k < photos.landmarks.count; k++)
+      if (isfinite(photos.landmarks.items[k].position.x)) point[run] = photos.landmarks.items[k].position;
+    assert_memory_equal(&lens[run], &lens[0], sizeof lens[0]);
+    assert_memory_equal(&point[run], &point[0], sizeof point[0]);
+    vt_free_photos(p.context, &photos);
+    vt_names names = {0};
+    if (run == 2) {
+      assert_int_equal(vt_list_folder(p.context, cache, true, &names), VT_OK);
+      assert_int_equal(names.count, 1);
+      char name[100];
+      snprintf(name, sizeof name, "cache/%.80s", names.items[0]);
+      put_text(&p, name, "vtlens1");
+      vt_free_names(p.context, &names);
+    }
+  }
+  close_place(&p);
+}
+
 static void a_lens_that_is_right_or_none_stays_bit_for_bit(void **state) {
   (void)state;
   place p = open_place();
   for (int trial = 0; trial < 4; trial++) { // right; pinhole pictures; points without pixels; hardly any points
     vt_camera truth[CAMERAS];
     vt_lens_report report;
-    vt_photos photos = take_photos(p.context, trial == 1 ? VT_LENS_PINHOLE : VT_LENS_OPENCV, trial == 1 ? 0 : 0.02, trial == 1 ? 0.03 : 0.02, 0.5, truth);
+    vt_photos photos = take_photos(p.context, trial == 1 ? VT_LENS_PINHOLE : VT_LENS_OPENCV, trial == 1 ? 0 : 0.02, trial == 1 ? 0.03 : 0.02, 0.5, 700,
+                                   truth);
     if (trial == 2) vt_free(p.context, photos.landmarks.pixels), photos.landmarks.pixels = NULL;
     if (trial == 3) photos.landmarks.count = 10;
     vt_lens lenses[CAMERAS];
@@ -208,7 +245,7 @@ static void landmarks_of_any_kind_harm_nothing(void **state) {
   for (int trial = 0; trial < 3; trial++) {
     vt_camera truth[CAMERAS];
     vt_lens_report report;
-    vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, 0.02, 0.02, 0.5, truth);
+    vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, 0.02, 0.02, 0.5, 400, truth);
     for (size_t k = 0; k < photos.landmarks.seen_count; k++) {
       if (trial == 0) photos.landmarks.pixels[k][k % 2] = NAN;
       if (trial == 1) photos.landmarks.pixels[k][0] = 1e30f;
@@ -225,7 +262,7 @@ static void tracks_fall_where_the_straightened_picture_shows_them(void **state) 
   (void)state;
   place p = open_place();
   vt_camera truth[CAMERAS], reduced[CAMERAS];
-  vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, 0.05, 0.05, 0.5, truth);
+  vt_photos photos = take_photos(p.context, VT_LENS_OPENCV, 0.05, 0.05, 0.5, 700, truth);
   for (int i = 0; i < CAMERAS; i++) reduced[i] = vt_resize_camera(&truth[i], SIZE / 3, SIZE / 3);
   vt_tracks tracks;
   assert_int_equal(vt_photo_tracks(p.context, &photos, reduced, &tracks), VT_OK);
@@ -250,6 +287,7 @@ int main(void) {
                                      cmocka_unit_test(photographs_that_are_left_out_take_their_sights_along),
                                      cmocka_unit_test(a_wrong_distortion_comes_back_whatever_its_sign),
                                      cmocka_unit_test(any_number_of_threads_gives_the_same_lens),
+                                     cmocka_unit_test(a_kept_lens_is_the_same_to_the_last_bit_and_a_damaged_one_is_made_again),
                                      cmocka_unit_test(a_lens_that_is_right_or_none_stays_bit_for_bit),
                                      cmocka_unit_test(landmarks_of_any_kind_harm_nothing),
                                      cmocka_unit_test(tracks_fall_where_the_straightened_picture_shows_them)};
