@@ -8,6 +8,10 @@
 #include "reconstruct/bounds.h"
 #include "reconstruct/level_mass.h"
 #include "reconstruct/run.h"
+#include "reconstruct/thinness.h"
+
+#define THIN_SHARE 0.375   // of the mattes, from which on a tree is a thin one
+#define THIN_PIXELS 1.25   // cells of its leaf level are not asked to be smaller
 
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method method, vt_preset preset) {
   return (vt_reconstruct_desc){.cookie = VT_COOKIE,
@@ -52,6 +56,19 @@ static int default_leaf_level(const vt_run *r) {
   int level = 1;
   while (level < VT_MAX_LEVEL && vt_cell_pixels(r, level) > r->recipe.pixels) level++;
   return level;
+}
+
+// A thin tree takes cells of half the size (thinness.c).
+static vt_status fit_recipe_to_thinness(vt_run *r) {
+  double share = 0;
+  if (!r->recipe.field || r->recipe.pixels <= THIN_PIXELS) return VT_OK;
+  vt_status status = vt_measure_thinness(r->context, r->views, &share);
+  r->report->thin_share = share;
+  if (status || share < THIN_SHARE) return status;
+  r->recipe.pixels = fmax(0.5 * r->recipe.pixels, THIN_PIXELS);
+  vt_log(r->context, VT_LOG_NORMAL, "%.0f %% of the mattes is thinner than %d pixels; cells are made half as large",
+         100 * share, VT_THIN_WIDTH);
+  return VT_OK;
 }
 
 static vt_status make_all_levels(vt_run *r) {
@@ -139,6 +156,7 @@ static vt_status reconstruct_views(vt_run *r) {
     return vt_fail(r->context, VT_TOO_FEW_VIEWS, "photographs: there is none to reconstruct from; give at least 3");
   r->start = vt_seconds();
   vt_status status = vt_prepare_run(r);
+  if (!status && !r->desc->leaf_level) status = fit_recipe_to_thinness(r);
   if (status) return status;
   int leaf = r->desc->leaf_level ? r->desc->leaf_level : default_leaf_level(r);
   if (r->tree->octree.branching == 3 && leaf > 6) leaf = 6; // 729 cells along an edge

@@ -34,7 +34,8 @@ typedef struct vt_reconstruct_desc {
 } vt_reconstruct_desc;
 // 2004: branching 3, 8x8 texels, log-domain SART. 2006: octree, 4x4, log-domain SART, pruning. Normal ends at the level whose
 // texels are about a pixel, draft one before, high one after. best: transmittance-domain tomography, then a field at the cells'
-// corners fitted leave-one-out, and view textures; cells of at most 5, 2.5 and 1.25 pixels at the finest level.
+// corners fitted leave-one-out, and view textures; cells of at most 5, 2.5 and 1.25 pixels at the finest level; of a tree most of which is about
+// a pixel wide 2.5, 1.25 and 1.25.
 vt_reconstruct_desc vt_default_reconstruct_desc(vt_method, vt_preset);
 
 typedef struct vt_level_report {
@@ -60,6 +61,7 @@ typedef struct vt_reconstruct_report {
   int leaf_level;
   double seconds_bounds, seconds_hull, seconds_rays, seconds_opacity, seconds_colour, seconds_refinement, seconds_tiles;
   uint64_t peak_bytes_opacity, peak_bytes_tiles; // most memory handed out until the last such stage had ended
+  double thin_share;     // of the mattes, thinner than three pixels, 0..1: from 3/8 on cells are half as large; 0: not measured
   int redundant_views;   // photographs that the others show as well: used, but without textures of their own
   uint64_t estimated_bytes; // printed before the work starts
   vt_level_report levels[VT_MAX_LEVEL + 1];
