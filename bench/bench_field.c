@@ -48,7 +48,7 @@ static vt_status make_tree(vt_context *context, int level, vt_tree *out) {
     out->cameras[v] = vt_look_at(vt_v3(0.5 + 2 * cos(t), 0.5 + 2 * sin(t), 0.8), vt_v3(0.5, 0.5, 0.5), vt_v3(0, 0, 1), 0.6,
                                  width, width);
     vt_view_texture *texture = &textures->views[v];
-    *texture = (vt_view_texture){half, half, 10, 10, half - 20, half - 20, NULL};
+    *texture = (vt_view_texture){half, half, 10, 10, half - 20, half - 20, NULL, false};
     size_t size = (size_t)texture->columns * (size_t)texture->rows;
     texture->codes = VT_NEW(context, uint8_t, size);
     if (!texture->codes) return VT_OUT_OF_MEMORY;

@@ -66,7 +66,8 @@ int vt_aim_sights(const vt_field_ray *ray, const vt_field_view *views, int view_
     vt_field_sight *s = &out[count++];
     *s = (vt_field_sight){.weight = views[v].weight, .width = (float)t->width, .height = (float)t->height,
                           .left = (float)t->left + 0.5f, .top = (float)t->top + 0.5f, .right = (float)(t->columns - 1),
-                          .bottom = (float)(t->rows - 1), .columns = t->columns, .rows = t->rows, .codes = t->codes};
+                          .bottom = (float)(t->rows - 1), .columns = t->columns, .rows = t->rows, .codes = t->codes,
+                          .linear = t->linear};
     for (int i = 0; i < 3; i++) {
       const double *m = views[v].m + 3 * i, *o = ray->origin, *d = ray->direction;
       s->a[i] = (float)(m[0] * o[0] + m[1] * o[1] + m[2] * o[2] + views[v].b[i]);

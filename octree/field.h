@@ -25,6 +25,7 @@ typedef struct vt_field_sight {
                                                  // the centre of the last
   int32_t columns, rows;
   const uint8_t *codes;
+  bool linear; // R is interpolated between pixels
 } vt_field_sight;
 
 // Both instances give the same bits; on another processor or compiler that of AVX2 is the plain one.

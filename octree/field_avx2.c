@@ -165,7 +165,7 @@ OP __m256 ratios_of_eight(const vt_field_sight *sights, int sight_count, __m256 
 TARGET void vt_sample_ratios_avx2(const vt_field_sight *sights, int sight_count, const float *along, size_t count,
                                   float *log_ratio) {
   for (int v = 0; v < sight_count; v++)
-    if (sights[v].columns * sights[v].rows < 4) { // no four bytes to read
+    if (sights[v].columns * sights[v].rows < 4 || sights[v].linear) { // no four bytes to read; thin trees are small
       vt_sample_ratios_plain(sights, sight_count, along, count, log_ratio);
       return;
     }

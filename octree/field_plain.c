@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 #include "octree/field.h"
+#include "base/fast_exp.h"
 
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
@@ -51,6 +52,18 @@ void vt_sample_field_plain(const vt_level *cells, const vt_field_ray *ray, const
   }
 }
 
+// Where R is interpolated: ln of the mean of the four, as a code, counted from the greatest so that nothing is too large.
+static float code_of_mean(const uint8_t *p, int next, int below, float u, float v) {
+  const uint8_t codes[4] = {p[0], p[next], p[below], p[below + next]};
+  const float share[4] = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
+  int most = codes[0];
+  for (int i = 1; i < 4; i++) most = codes[i] > most ? codes[i] : most;
+  float mean = 0;
+  for (int i = 0; i < 4; i++) mean += share[i] * vt_exp_of_negative(VT_LOG_RATIO_STEP * (float)(codes[i] - most));
+  float code = (float)most + logf(mean > 1e-4f ? mean : 1e-4f) / VT_LOG_RATIO_STEP;
+  return code > 0 ? code : 0;
+}
+
 // Code between four pixels' centres; (x, y) from the centre of the first.
 static inline float code_at(const vt_field_sight *s, float x, float y) {
   x = x > 0 ? x : 0;
@@ -61,6 +74,7 @@ static inline float code_at(const vt_field_sight *s, float x, float y) {
   float u = x - (float)column, v = y - (float)row;
   const uint8_t *p = s->codes + (size_t)row * (size_t)s->columns + (size_t)column;
   int next = column + 1 < s->columns, below = row + 1 < s->rows ? s->columns : 0;
+  if (s->linear) return code_of_mean(p, next, below, u, v);
   float above = (float)p[0] + u * (float)(p[next] - p[0]);
   float under = (float)p[below] + u * (float)(p[below + next] - p[below]);
   return above + v * (under - above);

@@ -203,7 +203,8 @@ vt_tile_frame vt_snapped_frame_of(const vt_camera *, vt_vec3 cell_centre, int gr
 // The opacity texture of one level in the picture plane of one view (METHODS 10): for each pixel of the photograph, reduced
 // to the level's resolution, the factor R by which the cells on that pixel's ray must be denser or thinner for the
 // photograph's matte to be seen. All billboards on the ray share it. Code c stands for
-// ln R = VT_LEAST_LOG_RATIO + VT_LOG_RATIO_STEP * c, that is R = 0.02 .. 50; between pixels' centres codes are interpolated.
+// ln R = VT_LEAST_LOG_RATIO + VT_LOG_RATIO_STEP * c, that is R = 0.02 .. 50; between pixels' centres codes are interpolated,
+// or R itself, which leaves a line that is about a pixel wide as opaque as it is (reconstruct/thinness.c).
 #define VT_LEAST_LOG_RATIO (-3.912023f)
 #define VT_LOG_RATIO_STEP 0.030682533f
 typedef struct vt_view_texture {
@@ -211,6 +212,7 @@ typedef struct vt_view_texture {
   int left, top, columns, rows; // the part that is kept; beyond it the nearest pixel of its rim counts. Nothing kept
                                 // (columns and rows 0): the view does not count
   uint8_t *codes;               // [rows][columns]; owned
+  bool linear;                  // R is interpolated, not ln R; the same for all views of a tree
 } vt_view_texture;
 
 typedef struct vt_view_textures {

@@ -12,7 +12,7 @@ extern "C" {
 
 #define VT_FILE_MAGIC "\x8EVTREE\x1A\x0A" // high bit set; Ctrl-Z and a bare LF catch transfers as text, as in PNG
 #define VT_FILE_MAJOR 1
-#define VT_FILE_MINOR 2 // 1: corners and view textures; 2: tiles on the photographs' grid; files without them are written as 0
+#define VT_FILE_MINOR 3 // 1: corners and view textures; 2: tiles on the photographs' grid; 3: ratios interpolated as they are; files without them are written as 0
 #define VT_HEADER_BYTES 24u // magic, major, minor, chunk count, file size; the chunk table and a checksum follow
 #define VT_ENTRY_BYTES 32u
 #define VT_CAMERA_BYTES 136u

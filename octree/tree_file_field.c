@@ -15,6 +15,7 @@
 #define VIEW_BYTES 24u // width, height, left, top, columns, rows
 #define MAX_EDGE 65535
 #define MAX_FACTOR 65535
+#define LINEAR_FLAG (1u << 31) // beside the factor
 
 static size_t index_planes(uint32_t codewords) { return codewords > 256 ? 2 : 1; }
 
@@ -30,7 +31,7 @@ static void check_textures(const vt_tree *tree, int l) {
     VT_ASSERT(t->width >= 1 && t->width <= MAX_EDGE && t->height >= 1 && t->height <= MAX_EDGE);
     VT_ASSERT(t->columns >= 0 && t->rows >= 0 && (t->columns == 0) == (t->rows == 0));
     VT_ASSERT(t->left >= 0 && t->top >= 0 && t->columns <= t->width - t->left && t->rows <= t->height - t->top);
-    VT_ASSERT(t->codes || !t->columns);
+    VT_ASSERT((t->codes || !t->columns) && t->linear == textures->views[0].linear);
   }
 }
 
@@ -130,7 +131,7 @@ vt_status vt_add_view_textures(vt_tree_writer *w, int l) {
     vt_free(w->context, codes);
     return VT_OUT_OF_MEMORY;
   }
-  vt_put_u32(index, (uint32_t)textures->factor);
+  vt_put_u32(index, (uint32_t)textures->factor | (views && textures->views[0].linear ? LINEAR_FLAG : 0));
   for (size_t v = 0; v < views; v++) {
     const vt_view_texture *t = &textures->views[v];
     bool kept = t->columns > 0;
@@ -261,9 +262,11 @@ vt_status vt_read_corners(const vt_tree_reader *r, int l) {
 }
 
 // Sizes and rectangles of all views; false if one of them cannot be or they do not hold `code_count` codes in all.
-static bool read_view_index(const uint8_t *raw, uint64_t code_count, vt_view_textures *out) {
+static bool read_view_index(const uint8_t *raw, uint64_t code_count, bool may_be_linear, vt_view_textures *out) {
   uint64_t sum = 0;
   uint32_t factor = vt_get_u32(raw);
+  bool linear = may_be_linear && (factor & LINEAR_FLAG);
+  factor &= linear ? ~LINEAR_FLAG : UINT32_MAX;
   if (factor < 1 || factor > MAX_FACTOR) return false;
   out->factor = (int)factor;
   for (int v = 0; v < out->view_count; v++) {
@@ -274,7 +277,7 @@ static bool read_view_index(const uint8_t *raw, uint64_t code_count, vt_view_tex
     if (left > width || columns > width - left || top > height || rows > height - top) return false;
     if ((columns == 0) != (rows == 0) || (columns == 0 && (left || top))) return false;
     out->views[v] = (vt_view_texture){.width = (int)width, .height = (int)height, .left = (int)left, .top = (int)top,
-                                      .columns = (int)columns, .rows = (int)rows};
+                                      .columns = (int)columns, .rows = (int)rows, .linear = linear};
     sum += (uint64_t)columns * rows;
   }
   return sum == code_count;
@@ -289,7 +292,7 @@ vt_status vt_read_view_textures(const vt_tree_reader *r, int l) {
   out->views = VT_NEW(r->context, vt_view_texture, (size_t)r->head.view_count);
   if (!out->views) status = VT_OUT_OF_MEMORY;
   else out->view_count = r->head.view_count;
-  if (!status && !read_view_index(raw, r->head.level[l].code_count, out))
+  if (!status && !read_view_index(raw, r->head.level[l].code_count, vt_get_u16(r->bytes + 10) >= 3, out))
     status = vt_refuse_chunk(r, VT_VIDX, l, "has a picture that cannot be, or others than there are codes for");
   vt_free(r->context, owned);
   if (status) return status;

@@ -308,6 +308,10 @@ static uint64_t file_size(const vt_tree_writer *w) {
 
 // A file says the least version that knows all of its chunks, so that an older program reads what it can.
 static uint16_t least_minor(const vt_tree_writer *w) {
+  for (int l = 0; l < w->head.level_count; l++) {
+    const vt_view_textures *textures = &w->tree->view_textures[l];
+    if (textures->view_count && textures->views[0].linear) return 3;
+  }
   for (int l = 0; l < w->head.level_count; l++)
     if (w->head.level[l].grid) return 2;
   for (int i = 0; i < w->count; i++)

@@ -221,7 +221,7 @@ static int choose_stand_ins(const fit_job *job, const vt_view_textures *textures
 // The textures of this moment, and for each photograph those that stand in for it.
 static vt_status renew_textures(vt_context *context, fit_job *job, vt_view_textures *textures) {
   vt_free_view_textures(context, textures);
-  vt_status status = vt_make_view_textures(context, job->rays, job->desc->ratio_limit, textures);
+  vt_status status = vt_make_view_textures(context, job->rays, job->desc->ratio_limit, job->desc->linear_ratios, textures);
   if (status) return status;
   job->textures = textures;
   for (int v = 0; v < job->tree->view_count; v++)

@@ -20,6 +20,7 @@ typedef struct vt_fit_desc {
   float last_step_share; // both steps fall to this share until the end
   float largest;         // bound of the optical depth across a cell's edge
   float ratio_limit;     // largest factor by which a matte may thicken the cells on its ray, >= 1
+  bool linear_ratios;    // R, not ln R, is interpolated between the textures' pixels
   int neighbours;        // 0: each photograph is fitted by the bare field; else predicted from the view textures of so many
                          // others, 1..VT_MAX_BLEND_VIEWS - 1 (leave-one-out)
   float own_share;       // of the photograph's own texture in that prediction, < 1, negative: taken off

@@ -58,15 +58,16 @@ static int default_leaf_level(const vt_run *r) {
   return level;
 }
 
-// A thin tree takes cells of half the size (thinness.c).
+// A thin tree takes cells of half the size, and textures whose lines keep what they have (thinness.c).
 static vt_status fit_recipe_to_thinness(vt_run *r) {
   double share = 0;
-  if (!r->recipe.field || r->recipe.pixels <= THIN_PIXELS) return VT_OK;
+  if (!r->recipe.field) return VT_OK;
   vt_status status = vt_measure_thinness(r->context, r->views, &share);
   r->report->thin_share = share;
   if (status || share < THIN_SHARE) return status;
+  r->recipe.fit.linear_ratios = true;
   r->recipe.pixels = fmax(0.5 * r->recipe.pixels, THIN_PIXELS);
-  vt_log(r->context, VT_LOG_NORMAL, "%.0f %% of the mattes is thinner than %d pixels; cells are made half as large",
+  vt_log(r->context, VT_LOG_NORMAL, "%.0f %% of the mattes is thinner than %d pixels: a thin tree, cells are made half as large",
          100 * share, VT_THIN_WIDTH);
   return VT_OK;
 }
@@ -156,7 +157,7 @@ static vt_status reconstruct_views(vt_run *r) {
     return vt_fail(r->context, VT_TOO_FEW_VIEWS, "photographs: there is none to reconstruct from; give at least 3");
   r->start = vt_seconds();
   vt_status status = vt_prepare_run(r);
-  if (!status && !r->desc->leaf_level) status = fit_recipe_to_thinness(r);
+  if (!status) status = fit_recipe_to_thinness(r);
   if (status) return status;
   int leaf = r->desc->leaf_level ? r->desc->leaf_level : default_leaf_level(r);
   if (r->tree->octree.branching == 3 && leaf > 6) leaf = 6; // 729 cells along an edge

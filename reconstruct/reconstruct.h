@@ -61,7 +61,8 @@ typedef struct vt_reconstruct_report {
   int leaf_level;
   double seconds_bounds, seconds_hull, seconds_rays, seconds_opacity, seconds_colour, seconds_refinement, seconds_tiles;
   uint64_t peak_bytes_opacity, peak_bytes_tiles; // most memory handed out until the last such stage had ended
-  double thin_share;     // of the mattes, thinner than three pixels, 0..1: from 3/8 on cells are half as large; 0: not measured
+  double thin_share;     // of the mattes, thinner than three pixels, 0..1: from 3/8 on cells are half as large, and R is interpolated, not
+                         // ln R
   int redundant_views;   // photographs that the others show as well: used, but without textures of their own
   uint64_t estimated_bytes; // printed before the work starts
   vt_level_report levels[VT_MAX_LEVEL + 1];

@@ -88,7 +88,7 @@ static double take_lanes(const judging *job, double *lanes, int view) {
 void vt_silence_view(vt_context *context, vt_view_textures *textures, int view) {
   vt_view_texture *t = &textures->views[view];
   vt_free(context, t->codes);
-  *t = (vt_view_texture){.width = t->width, .height = t->height};
+  *t = (vt_view_texture){.width = t->width, .height = t->height, .linear = t->linear};
 }
 
 static void silence_everywhere(const judging *job, int view) {

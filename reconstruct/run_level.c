@@ -212,7 +212,8 @@ static vt_status texture_level(vt_run *r, int level, const vt_rays *rays) {
   vt_billboard_desc desc = r->recipe.billboard;
   vt_match_report match = {0};
   if (r->desc->prune_thin) desc.least_depth = least_depth(r, level);
-  vt_status status = r->recipe.field ? vt_make_view_textures(r->context, rays, r->recipe.fit.ratio_limit, &r->tree->view_textures[level])
+  vt_status status = r->recipe.field ? vt_make_view_textures(r->context, rays, r->recipe.fit.ratio_limit, r->recipe.fit.linear_ratios,
+                                                             &r->tree->view_textures[level])
                                      : vt_make_billboards(r->context, &desc, rays, r->tree, &match);
   if (!status && !r->recipe.field)
     vt_log(r->context, VT_LOG_VERBOSE, "level %d: at the photographs' own cameras alpha RMSE %.4f (squares: %.2g without cells, %.2g "

@@ -70,7 +70,7 @@ static vt_status cut_texture(vt_context *context, const vt_image *picture, const
     }
   if (right < 0) left = right = top = bottom = 0; // one empty pixel
   left -= left > 0, top -= top > 0, right += right < w - 1, bottom += bottom < h - 1;
-  *out = (vt_view_texture){w, h, left, top, right - left + 1, bottom - top + 1, NULL};
+  *out = (vt_view_texture){w, h, left, top, right - left + 1, bottom - top + 1, NULL, false};
   out->codes = VT_NEW(context, uint8_t, (size_t)out->columns * (size_t)out->rows);
   if (!out->codes) return VT_OUT_OF_MEMORY;
   for (int y = 0; y < out->rows; y++)
@@ -98,7 +98,8 @@ static vt_status begin_job(texture_job *job, const vt_rays *rays, vt_view_textur
   return VT_OK;
 }
 
-vt_status vt_make_view_textures(vt_context *context, const vt_rays *rays, float ratio_limit, vt_view_textures *out) {
+vt_status vt_make_view_textures(vt_context *context, const vt_rays *rays, float ratio_limit, bool linear,
+                                vt_view_textures *out) {
   VT_ASSERT(ratio_limit >= 1);
   *out = (vt_view_textures){.view_count = rays->views->count, .factor = rays->views->factor};
   texture_job job = {.context = context, .rays = rays, .ratio_limit = ratio_limit, .out = out};
@@ -107,6 +108,7 @@ vt_status vt_make_view_textures(vt_context *context, const vt_rays *rays, float 
   if (!status) status = vt_sweep_rays(context, rays, NULL, 0, visit, &job);
   for (int v = 0; v < rays->views->count && !status; v++)
     status = cut_texture(context, &rays->views->pictures[v], job.codes[v], &out->views[v]);
+  for (int v = 0; v < rays->views->count && !status; v++) out->views[v].linear = linear;
   for (int v = 0; v < rays->views->count && job.codes; v++) vt_free(context, job.codes[v]);
   vt_free(context, job.codes);
   vt_free(context, job.along);

@@ -11,8 +11,10 @@ extern "C" {
 #endif
 
 // The textures of the rays' level: ratio_limit >= 1 is the largest factor by which a matte may thicken the cells on its ray.
+// linear: R, not ln R, is what is interpolated between its pixels.
 // VT_OUT_OF_MEMORY, VT_CANCELLED. The caller frees out.
-vt_status vt_make_view_textures(vt_context *, const vt_rays *, float ratio_limit, vt_view_textures *out);
+vt_status vt_make_view_textures(vt_context *, const vt_rays *, float ratio_limit, bool linear,
+                                vt_view_textures *out);
 
 #ifdef __cplusplus
 }

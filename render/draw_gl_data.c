@@ -119,6 +119,7 @@ vt_gl_views vt_aim_gl_views(const vt_tree *tree, int level, const vt_view_weight
     VT_ASSERT(weights->view[v] >= 0 && weights->view[v] < textures->view_count);
     const vt_view_texture *t = &textures->views[weights->view[v]];
     if (!codes_of(t)) out.weight[v] = 0;
+    if (t->linear) out.linear = 1;
     for (int i = 0; i < weights->view[v]; i++) out.first_code[v] += (uint32_t)codes_of(&textures->views[i]);
     out.kept[v][0] = (float)t->left + 0.5f;
     out.kept[v][1] = (float)t->top + 0.5f;

@@ -30,6 +30,7 @@ typedef struct vt_gl_views {
   // view textures: left, top: centre of the first pixel kept; right, bottom: from there to that of the last
   float kept[VT_MAX_BLEND_VIEWS][4], photograph[VT_MAX_BLEND_VIEWS][2]; // photograph: width and height
   uint32_t first_code[VT_MAX_BLEND_VIEWS];
+  float linear; // 1: R is interpolated between pixels, 0: ln R
 } vt_gl_views;
 vt_gl_views vt_aim_gl_views(const vt_tree *, int level, const vt_view_weights *);
 

@@ -419,6 +419,7 @@ static void set_views(const vt_gl *gl, GLuint program, int number, const vt_view
   glUniform4fv(at(program, "kept"), count, views.kept[0]);
   glUniform2fv(at(program, "photograph"), count, views.photograph[0]);
   glUniform1uiv(at(program, "first_code"), count, views.first_code);
+  glUniform1f(at(program, "linear"), views.linear);
 }
 
 static void bind_textures(const vt_gl *gl, int number) {

@@ -172,7 +172,11 @@ static const char vt_fragment_shader[] =
     "uniform vec4 kept[VIEWS];\n" // centre of the first pixel kept, and from there to that of the last
     "uniform vec2 photograph[VIEWS];\n" // its size
     "uniform uint first_code[VIEWS];\n"
-    "float code(uint at) { return float(texelFetch(ratios, place(at), 0).r); }\n"
+    "uniform float linear;\n" // 1: R is interpolated, 0: ln R
+    "float code(uint at) {\n" // or R / 50
+    "  float c = float(texelFetch(ratios, place(at), 0).r);\n"
+    "  return linear > 0.5 ? exp(LOG_RATIO_STEP * (c - 255.0)) : c;\n"
+    "}\n"
     "float log_ratio(vec3 x) {\n"
     "  float sum = 0.0, weights = 0.0;\n"
     "  for (int v = 0; v < VIEWS; v++) {\n"
@@ -186,7 +190,8 @@ static const char vt_fragment_shader[] =
     "    uint columns = uint(kept[v].z) + 1u;\n"
     "    uint row = first_code[v] + first.y * columns, below = first_code[v] + last.y * columns;\n"
     "    float above = mix(code(row + first.x), code(row + last.x), f.x);\n"
-    "    sum += weight[v] * mix(above, mix(code(below + first.x), code(below + last.x), f.x), f.y);\n"
+    "    float here = mix(above, mix(code(below + first.x), code(below + last.x), f.x), f.y);\n"
+    "    sum += weight[v] * (linear > 0.5 ? 255.0 + log(here) / LOG_RATIO_STEP : here);\n"
     "    weights += weight[v];\n"
     "  }\n"
     "  return weights > 0.0 ? LEAST_LOG_RATIO + LOG_RATIO_STEP * (sum / weights) : 0.0;\n"

@@ -27,8 +27,13 @@ static inline void scene_add_textures(vt_context *context, vt_tree *tree, int le
     int width = tree->cameras[v].width / factor, height = tree->cameras[v].height / factor;
     uint8_t *codes = VT_NEW(context, uint8_t, (size_t)width * (size_t)height);
     for (int i = 0; i < width * height; i++) codes[i] = (uint8_t)(60 + vt_random(&rng) % 120);
-    textures->views[v] = (vt_view_texture){width, height, 0, 0, width, height, codes};
+    textures->views[v] = (vt_view_texture){width, height, 0, 0, width, height, codes, false};
   }
+}
+
+// R, not ln R, is interpolated between the textures' pixels.
+static inline void scene_make_linear(vt_tree *tree, int level) {
+  for (int v = 0; v < tree->view_textures[level].view_count; v++) tree->view_textures[level].views[v].linear = true;
 }
 
 // Keeps a random rectangle of each texture, sometimes a pixel, a row, a column or nothing.

@@ -31,6 +31,7 @@ static void both_instances_give_the_same_bits(void **state) {
     vt_tree tree = scene_random_field(context, 5, 0.3, 5, (uint64_t)round, round % 3 != 1, true);
     const vt_level *cells = &tree.octree.levels[5];
     if (round > 2) scene_cut_textures(&tree, 5, &rng);
+    if (round == 4) scene_make_linear(&tree, 5);
     size_t capacity = vt_max_segments(cells);
     vt_chord *chords = VT_NEW(context, vt_chord, capacity);
     for (int i = 0; i < 600; i++) {
@@ -232,10 +233,13 @@ static double ratio_at(const vt_tree *tree, int level, vt_vec3 point, const floa
     for (int i = 0; i < 5; i++) *border = fmin(*border, fabs(edges[i]));
     if (!(p.z > 0 && x >= 0 && y >= 0 && x <= t->width && y <= t->height)) continue;
     double u = fmin(fmax(x - 0.5 - t->left, 0), t->columns - 1), w = fmin(fmax(y - 0.5 - t->top, 0), t->rows - 1);
-    double code = 0;
+    double code = 0, ratio = 0;
     for (int row = 0; row < t->rows; row++)
-      for (int column = 0; column < t->columns; column++)
-        code += fmax(0, 1 - fabs(u - column)) * fmax(0, 1 - fabs(w - row)) * t->codes[row * t->columns + column];
+      for (int column = 0; column < t->columns; column++) {
+        double share = fmax(0, 1 - fabs(u - column)) * fmax(0, 1 - fabs(w - row)), c = t->codes[row * t->columns + column];
+        code += share * c, ratio += share * exp(0.030682533 * c);
+      }
+    if (t->linear) code = log(ratio) / 0.030682533;
     sum += weight[v] * code;
     weights += weight[v];
   }
@@ -249,13 +253,14 @@ static void ratios_are_those_of_the_photographs_that_see_the_point(void **state)
   vt_field_samples samples = samples_in(room);
   vt_rng rng = vt_seed_rng(14, 1);
   size_t checked = 0, unseen = 0;
-  for (int round = 0; round < 3; round++) {
+  for (int round = 0; round < 4; round++) { // the last: R is interpolated
     vt_tree tree = scene_random_field(context, 4, 0.2, 4, 15 + (uint64_t)round, true, false);
     for (int v = 0; v < 4; v++) tree.cameras[v].width = tree.cameras[v].height = 60, tree.cameras[v].cx = tree.cameras[v].cy = 30;
     if (round) tree.cameras[1] = scene_camera(0.1, -0.2, 0.3, 60); // within the crown: half of it is behind
     if (round == 2) tree.cameras[2] = scene_camera(0.4, 0.5, 0.3, 60), tree.cameras[0] = tree.cameras[3] = tree.cameras[1];
     scene_add_textures(context, &tree, 4, 3, 16);
     if (round) scene_cut_textures(&tree, 4, &rng);
+    if (round == 3) scene_make_linear(&tree, 4);
     float weight[4] = {0.1f, 0.4f, 0.3f, 0.2f};
     vt_field_view views[4];
     for (int v = 0; v < 4; v++)

@@ -161,9 +161,10 @@ static void compare_field_tree(vt_context *context, vt_tree *tree, int level, in
 
 static void fields_and_view_textures_look_the_same(void **state) {
   (void)state;
-  for (int what = 1; what < 4; what++) { // field only, view textures only, both
+  for (int what = 1; what < 8; what++) { // field only, view textures only, both; with R interpolated
     vt_context *context = scene_context(2);
     vt_tree tree = scene_random_field(context, 4, 0.35, 7, 30 + (uint64_t)what, what & 1, what & 2);
+    if (what & 4) scene_make_linear(&tree, 4);
     compare_field_tree(context, &tree, 4, what & 2 ? 4 : 0);
     vt_free_tree(context, &tree);
     vt_destroy_context(context);

@@ -34,7 +34,7 @@ static void assert_same_field(const vt_tree *a, const vt_tree *b, int l, double 
   for (int v = 0; v < p->view_count; v++) {
     const vt_view_texture *m = &p->views[v], *n = &q->views[v];
     assert_true(m->width == n->width && m->height == n->height && m->left == n->left && m->top == n->top);
-    assert_true(m->columns == n->columns && m->rows == n->rows);
+    assert_true(m->columns == n->columns && m->rows == n->rows && m->linear == n->linear);
     if (m->columns) assert_memory_equal(m->codes, n->codes, (size_t)(m->columns * m->rows));
   }
 }

@@ -417,11 +417,37 @@ static void a_newer_file_that_cannot_be_read_asks_for_a_newer_program(void **sta
   uint8_t *bytes = bytes_of_case(context, &tree_cases[8], &size);
   uint8_t *less = without_chunk(context, bytes, size, find_chunk(bytes, "COPA", 3, NULL), &new_size);
   assert_refused(context, less, new_size, "make it again");
-  put_number(less + 10, 2, 3);
+  put_number(less + 10, 2, 4);
   mend_checksums(less, new_size);
   assert_refused(context, less, new_size, "use a newer voltree");
   vt_free(context, less);
   vt_free(context, bytes);
+  vt_destroy_context(context);
+}
+
+// What an older file may not say: how ratios are interpolated.
+static void a_flag_that_came_later_is_refused_in_an_older_file(void **state) {
+  (void)state;
+  vt_context *context = make_context();
+  size_t size, again;
+  vt_tree tree, back;
+  make_tree(context, &tree_cases[8], &tree);
+  for (int l = 0; l < tree.octree.level_count; l++)
+    for (int v = 0; v < tree.view_textures[l].view_count; v++) tree.view_textures[l].views[v].linear = true;
+  uint8_t *bytes = bytes_of(context, &tree, &size);
+  assert_int_equal(vt_parse_tree(context, bytes, size, "oak.vtree", &back, NULL), VT_OK);
+  assert_true(back.view_textures[3].view_count > 0 && back.view_textures[3].views[0].linear);
+  assert_int_equal(back.view_textures[3].factor, tree.view_textures[3].factor);
+  uint8_t *same = bytes_of(context, &back, &again);
+  assert_true(size == again && !memcmp(bytes, same, size));
+  assert_int_equal(bytes[10], 3);
+  put_number(bytes + 10, 2, 2);
+  mend_checksums(bytes, size);
+  assert_refused(context, bytes, size, "picture that cannot be");
+  vt_free_tree(context, &tree);
+  vt_free_tree(context, &back);
+  vt_free(context, bytes);
+  vt_free(context, same);
   vt_destroy_context(context);
 }
 
@@ -481,6 +507,7 @@ int main(void) {
       cmocka_unit_test(field_chunks_of_hostile_sizes_are_refused_before_memory_is_asked_for),
       cmocka_unit_test(view_textures_beside_tiles_are_refused),
       cmocka_unit_test(a_newer_file_that_cannot_be_read_asks_for_a_newer_program),
+      cmocka_unit_test(a_flag_that_came_later_is_refused_in_an_older_file),
       cmocka_unit_test(a_packed_chunk_that_unpacks_to_another_size_is_refused),
       cmocka_unit_test(a_build_without_zstd_says_so),
   };

@@ -44,7 +44,7 @@ static void begin(work *w, int factor, bool all_empty) {
   }
   assert_int_equal(vt_reduce_views(w->context, &w->views, factor, &w->reduced), VT_OK);
   assert_int_equal(vt_collect_rays(w->context, &w->tree.octree, LEVEL, LEVEL, &w->reduced, 1 << 30, &w->rays), VT_OK);
-  assert_int_equal(vt_make_view_textures(w->context, &w->rays, LIMIT, &w->textures), VT_OK);
+  assert_int_equal(vt_make_view_textures(w->context, &w->rays, LIMIT, false, &w->textures), VT_OK);
 }
 
 static void end(work *w) {
