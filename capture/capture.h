@@ -26,6 +26,7 @@ typedef struct vt_capture_desc {
   const char *masks;       // folder of masks, white = tree, or one mask for all; NULL: the usual places
   bool invert_masks;       // black = tree
   const char *scribbles;   // folder of strokes on some photographs: green or white tree, red or black not; NULL: none
+  bool keep_strays;        // leaves in mattes before a backdrop or the sky what the other photographs do not show
   const char *ignore;      // folder of masks, white = not to be looked at (a post before the tree); or one for all; or NULL
   const char *marks;       // text file of points marked in photographs and distances between them (marks.c), or NULL
   double marker_size;      // metres along a side of the square ArUco markers in the photographs; 0: there are none
@@ -60,6 +61,8 @@ typedef struct vt_capture_report {
   vt_source_kind kind;
   vt_matte_mode matte;           // the mode that was used
   char matte_evidence[256];      // why, where it was recognised; else ""
+  int stray_photographs;         // from whose mattes was taken what the others do not show
+  double stray_share;            // of all mattes' area
   int photograph_count;          // found
   int left_out_count;            // not registered, or without what they need
   char **left_out;               // [left_out_count] "name: why"; owned

@@ -20,6 +20,7 @@
 #include "capture/matte.h"
 #include "capture/photo_tracks.h"
 #include "capture/situation.h"
+#include "capture/strays.h"
 
 #include <string.h>
 
@@ -331,6 +332,28 @@ static vt_status check_room(vt_context *context, const vt_capture_desc *desc, co
       photos->count, (double)need / 1e6, (double)room / 1e6, cure, ceil(1.05 * (double)(need + used) / 1e6));
 }
 
+// Estimated mattes are compared; given ones are the user's word, and those of clutter are made by comparing.
+static vt_status clear_strays(vt_context *context, const vt_landmarks *landmarks, vt_views *views, vt_capture_report *report) {
+  vt_strays strays;
+  double start = vt_seconds();
+  vt_status status = vt_clear_strays(context, landmarks, views, &strays);
+  report->seconds_mattes += vt_seconds() - start;
+  if (status || !strays.tried) return status;
+  if (strays.refused) {
+    vt_log(context, VT_LOG_NORMAL,
+           "mattes: %.0f %% of what they show stands nowhere in the other photographs; so they, or the cameras, disagree and "
+           "nothing is cleared; look at the mattes",
+           100 * strays.share);
+    return VT_OK;
+  }
+  report->stray_photographs = strays.photographs, report->stray_share = strays.share;
+  if (strays.photographs)
+    vt_log(context, VT_LOG_NORMAL,
+           "mattes: cleared in %d photographs of what the others do not show (%.1f %% of all; --keep-strays leaves it)",
+           strays.photographs, 100 * strays.share);
+  return VT_OK;
+}
+
 vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt_photos *photos,
                             vt_capture_report *report, vt_views *out) {
   int batch = choose_batch(context, photos), inverted = 0;
@@ -364,6 +387,8 @@ vt_status vt_develop_photos(vt_context *context, const vt_capture_desc *desc, vt
     photos->items[i].name = NULL;
   }
   vt_free_clutter(context, &clutter);
+  bool estimated = report->matte == VT_MATTE_BACKDROP || report->matte == VT_MATTE_SKY;
+  if (!status && estimated && !desc->keep_strays) status = clear_strays(context, &photos->landmarks, out, report);
   if (status) vt_free_views(context, out);
   return status;
 }

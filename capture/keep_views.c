@@ -77,7 +77,7 @@ static void hash_block(void *user, size_t begin, size_t end, int worker) {
 
 // Every option that a pixel may depend on. The paths and the program of desc are no part of it: what they lead to is.
 static uint64_t hash_options(const vt_capture_desc *desc, const vt_capture_report *report) {
-  int64_t options[] = {(int64_t)report->matte, desc->invert_masks, desc->max_image_size, (int64_t)sizeof(head)};
+  int64_t options[] = {(int64_t)report->matte, desc->invert_masks, desc->keep_strays, desc->max_image_size, (int64_t)sizeof(head)};
   return vt_hash(options, sizeof options, vt_program_hash());
 }
 

@@ -39,6 +39,8 @@ const vt_option vt_source_options[] = {
     {"invert-masks", 0, VT_OPTION_FLAG, "", 0, 0, false, "black is tree"},
     {"scribble", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of strokes on some of the photographs, named as they are: green or white is tree, red or black is not"},
+    {"keep-strays", 0, VT_OPTION_FLAG, "", 0, 0, false,
+     "leave in mattes before a backdrop or the sky what the other photographs do not show"},
     {"ignore", 0, VT_OPTION_TEXT, "DIR", 0, 0, false,
      "folder of masks (or one for all), white where nothing is to be looked at, like a post before the tree"},
     {"lens", 0, VT_OPTION_CHOICE, "auto|keep", 0, 0, false,
@@ -97,6 +99,7 @@ vt_capture_desc vt_capture_desc_of(const vt_session *session, const char *source
   desc.marks = vt_text_of(arguments, "marks", desc.marks);
   desc.marker_size = vt_number_of(arguments, "marker-size", desc.marker_size);
   desc.marker_cells = vt_integer_of(arguments, "marker-cells", desc.marker_cells);
+  desc.keep_strays = vt_given(arguments, "keep-strays");
   desc.ignore = vt_text_of(arguments, "ignore", desc.ignore);
   desc.keep_lens = vt_choice_of(arguments, "lens", 0) == 1;
   desc.max_image_size = vt_integer_of(arguments, "max-image-size", desc.max_image_size);
