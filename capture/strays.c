@@ -28,18 +28,21 @@
 enum { BLOCKS = 640, ROOTS = 16, DEEPEST = 5, VOTERS = 64, LEAST_VIEWS = 8 }; // BLOCKS, ROOTS: along the longer side; DEEPEST: splits
 #define ROOM 1.5      // the cube's half edge over the region's radius
 #define MISSES 0.2    // share of the photographs that may miss a cell of the tree
-#define SIGHTS 0.33   // share that must have it in the frame
+#define SIGHTS 0.33   // share that must have it in the frame,
+#define FEW_SIGHTS 0.1 // and where it hangs on what so many have
 #define LEAF 1.5      // blocks that the smallest cell is wide
 #define TOUCH 32      // alpha from which a block shows something
 #define MOST 0.5      // share of a part, from which it goes as a whole
 #define MOST_ALL 0.25 // share of all mattes from which they rather disagree with the cameras
+
+enum { NONE, FEW, ENOUGH };
 
 typedef struct eye {
   vt_camera camera; // whose pixels are blocks
   int width, height, block;
   uint32_t *sums;   // [height + 1][width + 1] blocks that show something, over the rectangle from the corner; NULL: no voter
   uint8_t *shows;   // [height][width]
-  uint8_t *tree;    // [height][width] the others show the tree there
+  uint8_t *tree;    // [height][width] the others show the tree there: ENOUGH of them, or FEW
 } eye;
 
 typedef struct cell {
@@ -150,18 +153,19 @@ static vt_status add_cell(work *w, cells *to, const cell *c) {
 
 static vt_status search_cell(work *w, cells *to, const float centre[3], double half, int depth) {
   bool leaf = depth == 0, full = true;
-  int missed = 0, framed = 0, most = (int)(MISSES * w->voter_count);
+  int missed = 0, framed = 0, seen = 0, most = (int)(MISSES * w->voter_count);
   double radius = radius_of(half, leaf);
   for (int v = 0; v < w->voter_count; v++) {
     const eye *e = &w->eyes[w->voters[v]];
     footprint f;
     if (!find_footprint(e, centre, radius, &f) || is_ignored(&w->views->items[w->voters[v]], e, &f)) continue;
     uint32_t sum = sum_within(e, &f);
+    seen++;
     framed += f.framed || sum > 0, missed += f.framed && sum == 0;
     full = full && f.framed && sum == (uint32_t)((f.x1 - f.x0) * (f.y1 - f.y0));
     if (missed > most) return VT_OK;
   }
-  if (framed == 0) return VT_OK;
+  if (seen < FEW_SIGHTS * (w->voter_count - 1) || missed > MISSES * seen) return VT_OK; // no child is seen by more
   if (leaf || full) {
     cell c = {{centre[0], centre[1], centre[2]}, (float)half, (uint8_t)missed, (uint8_t)framed};
     return add_cell(w, to, &c);
@@ -193,7 +197,7 @@ static void look_at_cells(void *user, size_t begin, size_t end, int worker) {
   (void)worker;
   for (size_t i = begin; i < end; i++) {
     eye *e = &w->eyes[i];
-    double sights = SIGHTS * (w->voter_count - (e->sums != NULL));
+    int others = w->voter_count - (e->sums != NULL);
     for (size_t r = 0; r < ROOTS * ROOTS * ROOTS; r++)
       for (size_t k = 0; k < w->found[r].count; k++) {
         const cell *c = &w->found[r].items[k];
@@ -201,8 +205,13 @@ static void look_at_cells(void *user, size_t begin, size_t end, int worker) {
         if (!find_footprint(e, c->centre, radius_of((double)c->half, true), &f)) continue;
         int missed = c->missed, framed = c->framed;
         if (e->sums && (f.framed || sum_within(e, &f))) framed--, missed -= sum_within(e, &f) == 0;
-        if (framed < sights || missed > MISSES * framed) continue;
-        for (int y = f.y0; y < f.y1; y++) memset(e->tree + (size_t)y * (size_t)e->width + (size_t)f.x0, 1, (size_t)(f.x1 - f.x0));
+        if (framed < FEW_SIGHTS * others || missed > MISSES * framed) continue;
+        uint8_t sights = framed < SIGHTS * others ? FEW : ENOUGH;
+        for (int y = f.y0; y < f.y1; y++)
+          for (int x = f.x0; x < f.x1; x++) {
+            uint8_t *tree = &e->tree[(size_t)y * (size_t)e->width + (size_t)x];
+            if (*tree < sights) *tree = sights;
+          }
       }
   }
 }
@@ -225,7 +234,7 @@ static size_t flood(eye *e, size_t seed, uint32_t *stack) {
   return count;
 }
 
-// `tree` becomes 0 in parts of which most is 0.
+// `tree` becomes NONE in parts that ENOUGH do not show most of.
 static vt_status drop_parts(work *w, eye *e) {
   size_t count = (size_t)e->width * (size_t)e->height;
   uint32_t *stack = VT_NEW(w->context, uint32_t, count);
@@ -233,8 +242,8 @@ static vt_status drop_parts(work *w, eye *e) {
   for (size_t seed = 0; seed < count; seed++) {
     if (e->shows[seed] != 1) continue;
     size_t size = flood(e, seed, stack), stray = 0;
-    for (size_t k = 0; k < size; k++) stray += !e->tree[stack[k]];
-    for (size_t k = 0; k < size && (double)stray > MOST * (double)size; k++) e->tree[stack[k]] = 0;
+    for (size_t k = 0; k < size; k++) stray += e->tree[stack[k]] != ENOUGH;
+    for (size_t k = 0; k < size && (double)stray > MOST * (double)size; k++) e->tree[stack[k]] = NONE;
   }
   vt_free(w->context, stack);
   return VT_OK;
