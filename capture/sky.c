@@ -1,6 +1,7 @@
 // sky.c - alpha and colours of a tree before the sky
 // SPDX-License-Identifier: BSD-3-Clause
 //
+// 0. chroma.c puts back the detail of colour that JPEG took, where it did.
 // 1. sky_model.c gives B, the sky's colour behind each pixel, and how far a pixel is from it in standard deviations.
 // 2. What hangs on enough pixels far from the sky is tree, and a pixel around it; the rest is sky.
 // 3. Light mixes in linear light: I = alpha F + (1-alpha) B. B is known. F is one of the colours of the tree that occur
@@ -18,6 +19,7 @@
 //
 // What goes wrong: what neither is sky nor tree stays (clutter: poles, houses), and is left to the hull of all views;
 // below the horizon see ground.c.
+#include "capture/chroma.h"
 #include "capture/components.h"
 #include "capture/ground.h"
 #include "capture/matte.h"
@@ -38,7 +40,10 @@
 enum { SKY = VT_PART_NONE, COARSE = 4 };
 
 typedef struct sky_matte {
-  const vt_image *rgb;
+  const vt_image *photo;
+  vt_image sharp;      // the photograph with the detail of colour that JPEG took
+  const vt_image *rgb; // that
+  int smear;           // how far it was smeared, 0..2 pixels
   vt_sky sky;
   int width, height;
   size_t count;
@@ -50,7 +55,7 @@ typedef struct sky_matte {
 
 static void fill_tables(sky_matte *m) {
   vt_fill_srgb_table(m->linear);
-  float noise = m->sky.noise + 1;
+  float noise = m->sky.noise + 1 + 0.5f * (float)m->smear; // what is put back is less sure
   for (int i = 0; i < 256; i++) {
     int low = i > 0 ? i - 1 : 0, high = i < 255 ? i + 1 : 255;
     float slope = (m->linear[high] - m->linear[low]) / (float)(high - low) * noise;
@@ -168,7 +173,7 @@ static void solve(const sky_matte *m, vt_image *out) {
       size_t p = (size_t)y * (size_t)m->width + (size_t)x;
       const uint8_t *pixel = m->rgb->pixels + 3 * p;
       const vt_palette_cell *cell = vt_palette_at(&m->palette, x, y);
-      memcpy(out->pixels + 4 * p, pixel, 3);
+      memcpy(out->pixels + 4 * p, m->photo->pixels + 3 * p, 3);
       bool tree = m->parts[p] != SKY;
       out->pixels[4 * p + 3] = tree ? 255 : 0;
       if (!tree || !cell->count || !(m->sky.share > 0) || vt_is_ground(&m->sky, x, y)) continue;
@@ -238,14 +243,17 @@ static void free_sky_matte(vt_context *context, sky_matte *m) {
   vt_free(context, m->parts);
   vt_free(context, m->known);
   vt_free_sky(context, &m->sky);
+  vt_free_image(context, &m->sharp);
 }
 
 // Up to what is certain: parts, and in `known` what is unmixed.
 static vt_status prepare(vt_context *context, const vt_image *rgb, sky_matte *m) {
   VT_ASSERT(rgb->channels == 3 && rgb->width > 0 && rgb->height > 0);
-  *m = (sky_matte){.rgb = rgb, .width = rgb->width, .height = rgb->height};
+  *m = (sky_matte){.photo = rgb, .width = rgb->width, .height = rgb->height, .smear = vt_measure_smear(rgb)};
   m->count = (size_t)rgb->width * (size_t)rgb->height;
-  vt_status status = vt_model_sky(context, rgb, &m->sky);
+  m->rgb = &m->sharp;
+  vt_status status = vt_sharpen_chroma(context, rgb, m->smear, &m->sharp);
+  if (!status) status = vt_model_sky(context, m->rgb, &m->sky);
   m->strength = VT_NEW(context, uint8_t, m->count);
   m->parts = VT_NEW(context, uint8_t, m->count);
   m->known = VT_NEW(context, uint8_t, m->count);
@@ -271,7 +279,7 @@ vt_status vt_matte_sky(vt_context *context, const vt_image *rgb, const char *nam
   vt_status status = prepare(context, rgb, &m);
   if (!status && !(m.sky.share > 0)) vt_log(context, VT_LOG_NORMAL, "%s: no sky is seen in it; all of it counts as tree", name);
   if (!status && vt_wants_probes(context)) show_trimap(context, &m, name);
-  if (!status) status = vt_make_palette(context, rgb, m.known, &m.palette);
+  if (!status) status = vt_make_palette(context, m.rgb, m.known, &m.palette);
   if (!status) status = vt_make_image(context, rgb->width, rgb->height, 4, out_rgba);
   if (!status) solve(&m, out_rgba);
   vt_free_palette(context, &m.palette);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/rng.h"
 #include "capture/develop.h"
+#include "capture/chroma.h"
 #include "capture/matte.h"
 #include "capture/situation.h"
 #include "capture/sky_model.h"
@@ -80,6 +81,45 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
     assert_true(s.ours <= 0.5 * s.naive);
     assert_true(s.fake <= 0.02);
   }
+}
+
+// Means of the distance of chroma (red and blue less luma) from that of the picture before it was packed.
+static double chroma_error(const vt_image *sharp, const vt_image *now) {
+  double sum = 0;
+  for (int p = 0; p < now->width * now->height; p++) {
+    const uint8_t *a = sharp->pixels + 3 * p, *b = now->pixels + 3 * p;
+    double d = 0.299 * (b[0] - a[0]) + 0.587 * (b[1] - a[1]) + 0.114 * (b[2] - a[2]);
+    sum += fabs(b[0] - a[0] - d) + fabs(b[2] - a[2] - d);
+  }
+  return sum / now->width / now->height;
+}
+
+static void colours_that_a_jpeg_smeared_are_told_and_sharpened(void **state) {
+  (void)state;
+  vt_context *context = make_context(2);
+  vt_image pictures[2] = {{0}}, mended = {0};
+  for (int packed = 0; packed < 2; packed++) {
+    matte_scene scene = make_case(VT_SYNTHETIC_SMALL_OAK, VT_BACKDROP_SKY, false);
+    scene.damage.jpeg_quality = packed ? 92 : 0;
+    vt_views truth = {0}, photos = {0};
+    assert_int_equal(make_matte_scene(context, &scene, &truth, &photos), VT_OK);
+    assert_int_equal(drop_picture_alpha(context, &photos.items[0].picture, &pictures[packed]), VT_OK);
+    vt_free_views(context, &truth);
+    vt_free_views(context, &photos);
+  }
+  assert_int_equal(vt_measure_smear(&pictures[0]), 0);
+  assert_int_equal(vt_measure_smear(&pictures[1]), 2);
+  assert_int_equal(vt_sharpen_chroma(context, &pictures[1], 2, &mended), VT_OK);
+  double before = chroma_error(&pictures[0], &pictures[1]), after = chroma_error(&pictures[0], &mended);
+  printf("chroma off by %.2f levels, %.2f when sharpened\n", before, after);
+  assert_true(after < 0.85 * before);
+  vt_free_image(context, &mended);
+  assert_int_equal(vt_sharpen_chroma(context, &pictures[0], 0, &mended), VT_OK); // nothing to mend, nothing changed
+  assert_memory_equal(mended.pixels, pictures[0].pixels, 3 * 320 * 320);
+  vt_free_image(context, &mended);
+  vt_free_image(context, &pictures[0]);
+  vt_free_image(context, &pictures[1]);
+  vt_destroy_context(context);
 }
 
 static void a_trunk_is_cut_out_of_the_ground_before_which_it_stands(void **state) {
@@ -336,6 +376,7 @@ static void a_photograph_that_is_stored_on_its_side_has_its_sky_above(void **sta
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(trees_before_clouds_are_matted_through_noise_blur_and_jpeg),
+      cmocka_unit_test(colours_that_a_jpeg_smeared_are_told_and_sharpened),
       cmocka_unit_test(a_trunk_is_cut_out_of_the_ground_before_which_it_stands),
       cmocka_unit_test(a_clipped_sky_is_still_the_sky),
       cmocka_unit_test(a_picture_that_is_all_tree_or_all_sky_is_said_to_be),
