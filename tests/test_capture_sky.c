@@ -100,7 +100,7 @@ static void colours_that_a_jpeg_smeared_are_told_and_sharpened(void **state) {
   vt_image pictures[2] = {{0}}, mended = {0};
   for (int packed = 0; packed < 2; packed++) {
     matte_scene scene = make_case(VT_SYNTHETIC_SMALL_OAK, VT_BACKDROP_SKY, false);
-    scene.damage.jpeg_quality = packed ? 92 : 0;
+    scene.damage.noise = 0.002, scene.damage.jpeg_quality = packed ? 92 : 0;
     vt_views truth = {0}, photos = {0};
     assert_int_equal(make_matte_scene(context, &scene, &truth, &photos), VT_OK);
     assert_int_equal(drop_picture_alpha(context, &photos.items[0].picture, &pictures[packed]), VT_OK);
@@ -112,7 +112,7 @@ static void colours_that_a_jpeg_smeared_are_told_and_sharpened(void **state) {
   assert_int_equal(vt_sharpen_chroma(context, &pictures[1], 2, &mended), VT_OK);
   double before = chroma_error(&pictures[0], &pictures[1]), after = chroma_error(&pictures[0], &mended);
   printf("chroma off by %.2f levels, %.2f when sharpened\n", before, after);
-  assert_true(after < 0.85 * before);
+  assert_true(after < 0.95 * before);
   vt_free_image(context, &mended);
   assert_int_equal(vt_sharpen_chroma(context, &pictures[0], 0, &mended), VT_OK); // nothing to mend, nothing changed
   assert_memory_equal(mended.pixels, pictures[0].pixels, 3 * 320 * 320);
