@@ -13,7 +13,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { TERMS = 6, ROUNDS = 12, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared pixels of a tile are looked at
+enum { TERMS = 6, ROUNDS = 12, MOST_ROUNDS = 200, FIT_ROUNDS = 12, PROBES = 12 }; // PROBES squared pixels of a tile are looked at
+#define SEEDED 0.85f // of the way from the middle to the left, right and upper edge: from there on is backdrop
 #define NOISE 1.6f    // of a camera, standard deviation in levels; floor of every covariance
 #define SHADING 10.0f // levels by which folds change a cloth along its own colour, at most; as much as at the border
 #define LEAST_SHADING 3.0f
@@ -132,7 +133,7 @@ static vt_status take_samples(vt_context *context, const vt_image *rgb, const vt
     place_of(frame, (float)x + 0.5f, (float)y + 0.5f, &u, &v);
     fill_basis(s->basis, u, v);
     // the lower edge is where a plant is cut by the frame
-    s->seed = fabsf(u) > 0.85f || v < -0.85f;
+    s->seed = fabsf(u) > SEEDED || v < -SEEDED;
   }
   return VT_OK;
 }
@@ -186,8 +187,8 @@ static void fit_surface(sample *samples, size_t count, float *scratch, double co
       evaluate(coefficients, samples[i].basis, b);
       for (int c = 0; c < 3; c++) d2 += (samples[i].colour[c] - b[c]) * (samples[i].colour[c] - b[c]);
       float t = d2 / (4.685f * 4.685f * scale * scale);
-      bool seed = samples[i].seed || !seeds; // the others do not say how much a backdrop varies
-      samples[i].weight = (round > 2 || seed) && t < 1 ? (1 - t) * (1 - t) : 0;
+      bool seed = samples[i].seed || !seeds; // a crown is in folds' reach and would bend the surface to its colour
+      samples[i].weight = seed && t < 1 ? (1 - t) * (1 - t) : 0;
       if (t < 1 && seed) scratch[n++] = sqrtf(d2);
     }
     solve_surface(samples, count, round < 2 ? 1 : round < 5 ? 3 : TERMS, coefficients);
@@ -257,6 +258,8 @@ float vt_backdrop_distance(const vt_backdrop *backdrop, const uint8_t colour[3],
 static void update_tile(const vt_backdrop *now, const vt_image *rgb, const variation *whole, int column, int row,
                         vt_backdrop_tile *out) {
   const vt_backdrop_tile *old = &now->tiles[(size_t)row * (size_t)now->columns + (size_t)column];
+  *out = *old;
+  if (old->rounds >= ROUNDS) return; // it has settled
   int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin,
       edge = now->tile + 2 * margin;
   int x1 = x0 + edge < now->x1 ? x0 + edge : now->x1, y1 = y0 + edge < now->y1 ? y0 + edge : now->y1;
@@ -274,9 +277,9 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const varia
       distances[inside] = sorted[inside] = d2;
       pixels[inside++] = p;
     }
-  *out = *old;
   float share = (float)inside / (float)(count ? count : 1);
   out->known = inside >= 4 && share >= (old->known ? ENOUGH : MOSTLY);
+  out->rounds = (uint8_t)(out->known ? old->rounds + 1 : 0);
   if (!out->known) return;
   float bound = quantile(sorted, inside, CORE);
   double sum[3] = {0}, square[6] = {0}, n = 0;
@@ -333,7 +336,7 @@ static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][
       fill_basis(basis, u, v);
       evaluate(coefficients, basis, tile->mean);
       set_covariance(tile, whole->covariance, whole);
-      tile->known = true;
+      tile->known = fabsf(u) > SEEDED || v < -SEEDED;
     }
 }
 
@@ -406,10 +409,12 @@ vt_status vt_model_backdrop(vt_context *context, const vt_image *rgb, vt_backdro
   fit_surface(samples, sample_count, scratch, coefficients);
   variation whole = measure_variation(samples, sample_count, coefficients);
   start_tiles(out, coefficients, &whole);
-  for (int round = 0; round < ROUNDS; round++) {
+  for (int round = 0, grown = 1; round < ROUNDS || (grown && round < MOST_ROUNDS); round++) {
+    grown = 0;
     for (int row = 0; row < out->rows; row++)
       for (int column = 0; column < out->columns; column++)
         update_tile(out, rgb, &whole, column, row, &next[(size_t)row * (size_t)out->columns + (size_t)column]);
+    for (size_t i = 0; i < tiles; i++) grown += next[i].known && !out->tiles[i].known;
     vt_backdrop_tile *swap = out->tiles;
     out->tiles = next;
     next = swap;

@@ -13,6 +13,7 @@ typedef struct vt_backdrop_tile {
   float mean[3];    // colour, 0..255
   float inverse[6]; // of its covariance: xx xy xz yy yz zz
   bool known;       // most of the tile is backdrop, or enough of it
+  uint8_t rounds;   // since it became known
 } vt_backdrop_tile;
 
 typedef struct vt_backdrop {
