@@ -30,6 +30,8 @@
 
 #define DOUBTFUL 3.5f // standard deviations from which a pixel that hangs on the plant is no backdrop
 #define SURE 7.0f     // from which a pixel is plant
+#define NEARLY 2.5f   // from which it is not much like the backdrop
+#define FAINT 0.6     // share of what is kept that may be below SURE: rims, of a thin plant half of it
 #define STEPS 4.0f    // of the distance, per standard deviation, in a byte
 #define FEW 1e-5      // share of the picture below which a spot is a speck
 #define WEAK 0.4      // of the plant's mean distance: a part that stands out less is a fold or a cable
@@ -237,6 +239,22 @@ static void show_trimap(vt_context *context, const matte *m, const char *name) {
   vt_free_fimage(context, &image);
 }
 
+// A plant as dark as the cloth is not to be had from one photograph; who knows it can hang up another. Said where most of what
+// is kept is hardly kept, or nearly as much is nearly kept.
+static void warn_of_contrast(vt_context *context, const matte *m, const char *name) {
+  size_t kept = 0, faint = 0, nearly = 0;
+  for (size_t i = 0; i < m->count; i++) {
+    bool keeps = m->trimap[i] != BACKDROP;
+    kept += keeps, faint += keeps && m->distance[i] < (uint8_t)(SURE * STEPS);
+    nearly += !keeps && m->distance[i] >= (uint8_t)(NEARLY * STEPS);
+  }
+  if (kept && (double)faint < FAINT * (double)kept && 2 * nearly < kept) return;
+  vt_log(context, VT_LOG_NORMAL,
+         "%s: the plant hardly differs from the backdrop, and parts of it are lost; a cloth much lighter or darker than it, or of "
+         "another colour, or masks (--masks) are the cure",
+         name);
+}
+
 static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) {
   m->rgb = rgb;
   m->width = rgb->width;
@@ -287,6 +305,7 @@ vt_status vt_matte_backdrop(vt_context *context, const vt_image *rgb, const char
   vt_image b = {0}, f = {0};
   vt_status status = make_matte(context, rgb, &m);
   if (status != VT_OK) goto done;
+  warn_of_contrast(context, &m, name);
   if (vt_wants_probes(context)) show_trimap(context, &m, name);
   status = spread_backdrop(context, &m, &b);
   if (status != VT_OK) goto done;

@@ -19,6 +19,7 @@ enum { TERMS = 6, ROUNDS = 12, MOST_ROUNDS = 200, FIT_ROUNDS = 12, PROBES = 12 }
 #define SHADING 10.0f // levels by which folds change a cloth along its own colour, at most; as much as at the border
 #define LEAST_SHADING 3.0f
 #define INSIDE 3.0f     // a pixel within so many standard deviations is backdrop
+#define NEW 2.2f        // of a tile that is to become known: dark leaves lie beside the cloth's colours, not among them
 #define CORE 0.7        // share of a tile's backdrop that its model is drawn from
 #define CORE_SCALE 1.7f // variance of a 3-D normal distribution over that of its likest 70 %
 #define ENOUGH 0.3f     // share of a tile's pixels from which a model is drawn
@@ -260,6 +261,7 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const varia
   const vt_backdrop_tile *old = &now->tiles[(size_t)row * (size_t)now->columns + (size_t)column];
   *out = *old;
   if (old->rounds >= ROUNDS) return; // it has settled
+  float bound2 = old->known ? INSIDE * INSIDE : NEW * NEW;
   int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin,
       edge = now->tile + 2 * margin;
   int x1 = x0 + edge < now->x1 ? x0 + edge : now->x1, y1 = y0 + edge < now->y1 ? y0 + edge : now->y1;
@@ -273,7 +275,7 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const varia
     for (int x = x0; x < x1; x += step, count++) {
       const uint8_t *p = rgb->pixels + ((size_t)y * (size_t)rgb->width + (size_t)x) * 3;
       float d2 = nearest_distance2(now, p, column, row, true);
-      if (d2 > INSIDE * INSIDE) continue;
+      if (d2 > bound2) continue;
       distances[inside] = sorted[inside] = d2;
       pixels[inside++] = p;
     }

@@ -83,6 +83,28 @@ static void trees_before_clouds_are_matted_through_noise_blur_and_jpeg(void **st
   }
 }
 
+static void a_dark_crown_before_dark_cloth_is_not_taken_for_cloth(void **state) {
+  (void)state;
+  static const vt_synthetic_kind kinds[] = {VT_SYNTHETIC_PINE, VT_SYNTHETIC_SMALL_OAK};
+  vt_context *context = make_context(2);
+  for (int i = 0; i < 2; i++) {
+    matte_scene scene = make_case(kinds[i], VT_BACKDROP_STUDIO, false);
+    vt_views truth = {0}, photos = {0};
+    vt_image rgb = {0}, found = {0};
+    assert_int_equal(make_matte_scene(context, &scene, &truth, &photos), VT_OK);
+    assert_int_equal(drop_picture_alpha(context, &photos.items[0].picture, &rgb), VT_OK);
+    assert_int_equal(vt_matte_backdrop(context, &rgb, "cloth", &found), VT_OK);
+    score s = judge(&truth.items[0].picture, &rgb, &found, rgb.height);
+    printf("%s before cloth: alpha MSE %.4f, bias %+.4f\n", vt_synthetic_name(kinds[i]), s.square, s.bias);
+    assert_true(s.square < 0.03);
+    vt_free_image(context, &rgb);
+    vt_free_image(context, &found);
+    vt_free_views(context, &truth);
+    vt_free_views(context, &photos);
+  }
+  vt_destroy_context(context);
+}
+
 // Means of the distance of chroma (red and blue less luma) from that of the picture before it was packed.
 static double chroma_error(const vt_image *sharp, const vt_image *now) {
   double sum = 0;
@@ -376,6 +398,7 @@ static void a_photograph_that_is_stored_on_its_side_has_its_sky_above(void **sta
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(trees_before_clouds_are_matted_through_noise_blur_and_jpeg),
+      cmocka_unit_test(a_dark_crown_before_dark_cloth_is_not_taken_for_cloth),
       cmocka_unit_test(colours_that_a_jpeg_smeared_are_told_and_sharpened),
       cmocka_unit_test(a_trunk_is_cut_out_of_the_ground_before_which_it_stands),
       cmocka_unit_test(a_clipped_sky_is_still_the_sky),
