@@ -51,6 +51,7 @@ typedef struct matte {
   uint8_t *trimap;
   uint8_t *contrast;
   uint8_t *mask, *scratch;
+  bool faint; // the plant hardly differs from the backdrop
 } matte;
 
 static void measure(const vt_backdrop *backdrop, matte *m) {
@@ -239,20 +240,26 @@ static void show_trimap(vt_context *context, const matte *m, const char *name) {
   vt_free_fimage(context, &image);
 }
 
-// A plant as dark as the cloth is not to be had from one photograph; who knows it can hang up another. Said where most of what
-// is kept is hardly kept, or nearly as much is nearly kept.
-static void warn_of_contrast(vt_context *context, const matte *m, const char *name) {
+// True where most of what is kept is hardly kept, or nearly as much is nearly kept.
+static bool is_faint(const matte *m) {
   size_t kept = 0, faint = 0, nearly = 0;
   for (size_t i = 0; i < m->count; i++) {
     bool keeps = m->trimap[i] != BACKDROP;
     kept += keeps, faint += keeps && m->distance[i] < (uint8_t)(SURE * STEPS);
     nearly += !keeps && m->distance[i] >= (uint8_t)(NEARLY * STEPS);
   }
-  if (kept && (double)faint < FAINT * (double)kept && 2 * nearly < kept) return;
-  vt_log(context, VT_LOG_NORMAL,
-         "%s: the plant hardly differs from the backdrop, and parts of it are lost; a cloth much lighter or darker than it, or of "
-         "another colour, or masks (--masks) are the cure",
-         name);
+  return (double)faint >= FAINT * (double)kept || 2 * nearly >= kept;
+}
+
+// Distances and parts. careful: see backdrop_model.c.
+static vt_status cut(vt_context *context, bool careful, matte *m) {
+  vt_backdrop backdrop;
+  vt_status status = vt_model_backdrop(context, m->rgb, careful, &backdrop);
+  if (status != VT_OK) return status;
+  measure(&backdrop, m);
+  vt_free_backdrop(context, &backdrop);
+  return vt_find_parts(context, m->width, m->height, m->distance, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
+                       (size_t)(FEW * (double)m->count) + 2, WEAK, m->trimap);
 }
 
 static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) {
@@ -266,13 +273,12 @@ static vt_status make_matte(vt_context *context, const vt_image *rgb, matte *m) 
   m->mask = VT_NEW(context, uint8_t, m->count);
   m->scratch = VT_NEW(context, uint8_t, m->count);
   if (!m->distance || !m->trimap || !m->contrast || !m->mask || !m->scratch) return VT_OUT_OF_MEMORY;
-  vt_backdrop backdrop;
-  vt_status status = vt_model_backdrop(context, rgb, &backdrop);
-  if (status != VT_OK) return status;
-  measure(&backdrop, m);
-  vt_free_backdrop(context, &backdrop);
-  status = vt_find_parts(context, m->width, m->height, m->distance, (uint8_t)(DOUBTFUL * STEPS), (uint8_t)(SURE * STEPS),
-                         (size_t)(FEW * (double)m->count) + 2, WEAK, m->trimap);
+  vt_status status = cut(context, false, m);
+  if (!status && is_faint(m)) {
+    memset(m->distance, 0, m->count);
+    status = cut(context, true, m);
+    m->faint = !status && is_faint(m);
+  }
   if (status != VT_OK) return status;
   make_trimap(m);
   return VT_OK;
@@ -305,7 +311,11 @@ vt_status vt_matte_backdrop(vt_context *context, const vt_image *rgb, const char
   vt_image b = {0}, f = {0};
   vt_status status = make_matte(context, rgb, &m);
   if (status != VT_OK) goto done;
-  warn_of_contrast(context, &m, name);
+  if (m.faint) // not to be had from one photograph; who knows it can hang up another cloth
+    vt_log(context, VT_LOG_NORMAL,
+           "%s: the plant hardly differs from the backdrop, and parts of it are lost; a cloth much lighter or darker, or of another "
+           "colour, or masks (--masks) are the cure",
+           name);
   if (vt_wants_probes(context)) show_trimap(context, &m, name);
   status = spread_backdrop(context, &m, &b);
   if (status != VT_OK) goto done;

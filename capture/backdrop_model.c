@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Two steps. A first surface B(x,y), a quadratic polynomial per channel, is fitted by iteratively reweighted least
-// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture. Then the picture is cut into tiles, and each tile holds the mean and
-// covariance of those of its pixels that resemble its own or a neighbour's model. Repeated, that lets the backdrop
-// follow folds, seams and soft glows from tile to tile, while it cannot step over the sharp edge of a plant. The
+// squares with Tukey's weights. It starts from what is believed to be backdrop: the border of the picture. Then the picture is
+// cut into tiles, and each tile holds the mean and covariance of those of its pixels that resemble its own or a neighbour's
+// model. Repeated, that lets the backdrop follow folds, seams and soft glows from tile to tile, while it cannot step over the
+// sharp edge of a plant. A crown that is no farther from the cloth than its folds are deep bends the surface to its own colour,
+// and tiles begin in it: `careful` fits the surface to the border alone and begins at the border's tiles; but then whatever
+// stands out from them stays, equipment too. The
 // covariance says by itself which way a backdrop varies: cloth in lightness, hardly in chroma; so a plant as dark as
 // the cloth is still far from it if its hue differs, and no hue has to be known beforehand.
 // What goes wrong: a plant that covers most of the border is taken for the backdrop, and parts of a plant that have
@@ -170,7 +173,7 @@ static void solve_surface(const sample *samples, size_t count, int terms, double
 }
 
 // Fits the surface. `scratch` holds count values.
-static void fit_surface(sample *samples, size_t count, float *scratch, double coefficients[TERMS][3]) {
+static void fit_surface(sample *samples, size_t count, bool careful, float *scratch, double coefficients[TERMS][3]) {
   size_t seeds = 0;
   for (size_t i = 0; i < count; i++) seeds += samples[i].seed;
   memset(coefficients, 0, sizeof(double[TERMS][3]));
@@ -188,8 +191,8 @@ static void fit_surface(sample *samples, size_t count, float *scratch, double co
       evaluate(coefficients, samples[i].basis, b);
       for (int c = 0; c < 3; c++) d2 += (samples[i].colour[c] - b[c]) * (samples[i].colour[c] - b[c]);
       float t = d2 / (4.685f * 4.685f * scale * scale);
-      bool seed = samples[i].seed || !seeds; // a crown is in folds' reach and would bend the surface to its colour
-      samples[i].weight = seed && t < 1 ? (1 - t) * (1 - t) : 0;
+      bool seed = samples[i].seed || !seeds; // the others do not say how much a backdrop varies
+      samples[i].weight = ((round > 2 && !careful) || seed) && t < 1 ? (1 - t) * (1 - t) : 0;
       if (t < 1 && seed) scratch[n++] = sqrtf(d2);
     }
     solve_surface(samples, count, round < 2 ? 1 : round < 5 ? 3 : TERMS, coefficients);
@@ -261,7 +264,7 @@ static void update_tile(const vt_backdrop *now, const vt_image *rgb, const varia
   const vt_backdrop_tile *old = &now->tiles[(size_t)row * (size_t)now->columns + (size_t)column];
   *out = *old;
   if (old->rounds >= ROUNDS) return; // it has settled
-  float bound2 = old->known ? INSIDE * INSIDE : NEW * NEW;
+  float bound2 = old->known || !now->careful ? INSIDE * INSIDE : NEW * NEW;
   int margin = now->tile / 4, x0 = column * now->tile - margin, y0 = row * now->tile - margin,
       edge = now->tile + 2 * margin;
   int x1 = x0 + edge < now->x1 ? x0 + edge : now->x1, y1 = y0 + edge < now->y1 ? y0 + edge : now->y1;
@@ -330,6 +333,7 @@ static void fill_unknown(vt_backdrop *backdrop, vt_backdrop_tile *scratch, const
 
 // Tiles that follow the first surface, all with the covariance of its residuals.
 static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][3], const variation *whole) {
+  bool careful = backdrop->careful;
   for (int row = 0; row < backdrop->rows; row++)
     for (int column = 0; column < backdrop->columns; column++) {
       vt_backdrop_tile *tile = &backdrop->tiles[(size_t)row * (size_t)backdrop->columns + (size_t)column];
@@ -338,7 +342,7 @@ static void start_tiles(vt_backdrop *backdrop, const double coefficients[TERMS][
       fill_basis(basis, u, v);
       evaluate(coefficients, basis, tile->mean);
       set_covariance(tile, whole->covariance, whole);
-      tile->known = fabsf(u) > SEEDED || v < -SEEDED;
+      tile->known = !careful || fabsf(u) > SEEDED || v < -SEEDED;
     }
 }
 
@@ -375,7 +379,7 @@ vt_status vt_measure_plainness(vt_context *context, const vt_image *rgb, double 
   if (status == VT_OK && !scratch) status = VT_OUT_OF_MEMORY;
   if (status == VT_OK) {
     double coefficients[TERMS][3];
-    fit_surface(samples, count, scratch, coefficients);
+    fit_surface(samples, count, false, scratch, coefficients);
     for (size_t i = 0; i < count; i++) {
       float b[3], d2 = 0;
       if (!samples[i].seed) continue;
@@ -390,9 +394,10 @@ vt_status vt_measure_plainness(vt_context *context, const vt_image *rgb, double 
   return status;
 }
 
-vt_status vt_model_backdrop(vt_context *context, const vt_image *rgb, vt_backdrop *out) {
+vt_status vt_model_backdrop(vt_context *context, const vt_image *rgb, bool careful, vt_backdrop *out) {
   memset(out, 0, sizeof *out);
   int longer = rgb->width > rgb->height ? rgb->width : rgb->height;
+  out->careful = careful;
   out->tile = longer / 90 > 8 ? longer / 90 : 8;
   out->columns = (rgb->width + out->tile - 1) / out->tile;
   out->rows = (rgb->height + out->tile - 1) / out->tile;
@@ -408,10 +413,10 @@ vt_status vt_model_backdrop(vt_context *context, const vt_image *rgb, vt_backdro
     goto done;
   }
   double coefficients[TERMS][3];
-  fit_surface(samples, sample_count, scratch, coefficients);
+  fit_surface(samples, sample_count, careful, scratch, coefficients);
   variation whole = measure_variation(samples, sample_count, coefficients);
   start_tiles(out, coefficients, &whole);
-  for (int round = 0, grown = 1; round < ROUNDS || (grown && round < MOST_ROUNDS); round++) {
+  for (int round = 0, grown = 1; round < ROUNDS || (careful && grown && round < MOST_ROUNDS); round++) {
     grown = 0;
     for (int row = 0; row < out->rows; row++)
       for (int column = 0; column < out->columns; column++)

@@ -21,10 +21,12 @@ typedef struct vt_backdrop {
   int tile;                // edge of a tile, pixels
   int columns, rows;       // the grid starts at the picture's corner
   vt_backdrop_tile *tiles; // [rows][columns]; owned
+  bool careful;            // as it was asked for
 } vt_backdrop;
 
 // Finds the backdrop of an RGB picture by itself: dark or light cloth or paper.
-vt_status vt_model_backdrop(vt_context *, const vt_image *rgb, vt_backdrop *out);
+// careful: for a plant that is hardly farther from the backdrop than its folds.
+vt_status vt_model_backdrop(vt_context *, const vt_image *rgb, bool careful, vt_backdrop *out);
 void vt_free_backdrop(vt_context *, vt_backdrop *);
 // The share of the left, right and upper border that one smooth surface explains: near 1 before a plain backdrop.
 vt_status vt_measure_plainness(vt_context *, const vt_image *rgb, double *share);

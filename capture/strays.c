@@ -29,7 +29,7 @@ enum { BLOCKS = 640, ROOTS = 16, DEEPEST = 5, VOTERS = 64, LEAST_VIEWS = 8 }; //
 #define ROOM 1.5      // the cube's half edge over the region's radius
 #define MISSES 0.2    // share of the photographs that may miss a cell of the tree
 #define SIGHTS 0.33   // share that must have it in the frame,
-#define FEW_SIGHTS 0.1 // and where it hangs on what so many have
+#define FEW_SIGHTS 0.26 // and where it hangs on what so many have
 #define LEAF 1.5      // blocks that the smallest cell is wide
 #define TOUCH 32      // alpha from which a block shows something
 #define MOST 0.5      // share of a part, from which it goes as a whole

@@ -96,7 +96,7 @@ static void a_dark_crown_before_dark_cloth_is_not_taken_for_cloth(void **state) 
     assert_int_equal(vt_matte_backdrop(context, &rgb, "cloth", &found), VT_OK);
     score s = judge(&truth.items[0].picture, &rgb, &found, rgb.height);
     printf("%s before cloth: alpha MSE %.4f, bias %+.4f\n", vt_synthetic_name(kinds[i]), s.square, s.bias);
-    assert_true(s.square < 0.03);
+    assert_true(s.square < 0.03); // .15 and more where tiles begin in the crown
     vt_free_image(context, &rgb);
     vt_free_image(context, &found);
     vt_free_views(context, &truth);
