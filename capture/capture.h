@@ -61,7 +61,7 @@ typedef struct vt_capture_report {
   vt_source_kind kind;
   vt_matte_mode matte;           // the mode that was used
   char matte_evidence[256];      // why, where it was recognised; else ""
-  int stray_photographs;         // from whose mattes was taken what the others do not show
+  int stray_photographs;         // whose mattes were cleared of what the others do not show; 0 where views came from the cache
   double stray_share;            // of all mattes' area
   int photograph_count;          // found
   int left_out_count;            // not registered, or without what they need
