@@ -10,14 +10,6 @@
 
 #include "base/adjust_camera.h"
 
-vt_mat3 vt_mul_mat3(const vt_mat3 *a, const vt_mat3 *b) {
-  vt_mat3 out = {{0}};
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      for (int k = 0; k < 3; k++) out.m[3 * i + j] += a->m[3 * i + k] * b->m[3 * k + j];
-  return out;
-}
-
 static vt_mat3 rotation_of(const double w[3]) {
   double angle = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
   double a = angle > 1e-9 ? sin(angle) / angle : 1, b = angle > 1e-9 ? (1 - cos(angle)) / (angle * angle) : 0.5;

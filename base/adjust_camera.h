@@ -9,8 +9,6 @@
 extern "C" {
 #endif
 
-vt_mat3 vt_mul_mat3(const vt_mat3 *, const vt_mat3 *);
-
 // A camera turned and moved within its own frame: rotation vector pose[0..2] (radians, about its place), displacement
 // pose[3..5] in `distance`s along its axes; focal lengths times exp(log_focal).
 vt_camera vt_adjust_camera(const vt_camera *, const double pose[6], double log_focal, double distance);

@@ -32,6 +32,14 @@ static inline vt_vec3 vt_mul(const vt_mat3 *a, vt_vec3 v) {
   return (vt_vec3){m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
                    m[6] * v.x + m[7] * v.y + m[8] * v.z};
 }
+static inline vt_mat3 vt_mul_mat3(const vt_mat3 *a, const vt_mat3 *b) {
+  vt_mat3 out;
+  for (int i = 0; i < 9; i++) {
+    const double *row = a->m + 3 * (i / 3), *column = b->m + i % 3;
+    out.m[i] = row[0] * column[0] + row[1] * column[3] + row[2] * column[6];
+  }
+  return out;
+}
 static inline vt_vec3 vt_mul_transposed(const vt_mat3 *a, vt_vec3 v) {
   const double *m = a->m;
   return (vt_vec3){m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,

@@ -30,4 +30,4 @@ oiiotool --pattern constant:color=1,1,1,1 "$size" 4 -d uint8 -o "$work/white.png
 oiiotool "$truth" --ch R,G,B,A --premult "$work/white.png" --over --ch R,G,B -d uint8 -o "$work/truth.png"
 oiiotool "$work/truth.png" "$work/best/$name" --absdiff --mulc 2 -d uint8 -o "$work/wrong.png"
 oiiotool "$work/truth.png" "$work/2004/$name" "$work/2006/$name" "$work/best/$name" "$work/wrong.png" --mosaic 5x1 -d uint8 \
-  --compression jpeg:80 -o "$out"
+  --nosoftwareattrib --eraseattrib 'Exif:ImageHistory|Software' --compression jpeg:80 -o "$out"

@@ -25,7 +25,6 @@
 
 #include <string.h>
 
-
 enum { TERMS = 5, FREEDOMS = 4, FOLDS = 3, STEPS = 30 }; // TERMS: ln f, k1, k2, p1, p2
 enum { SIGHTS_OF_A_PHOTO = 400, SIGHTS_OF_ALL = 40000, LEAST_SIGHTS = 30 }; // of a photo: 40 where there are a thousand
 #define WIDTH 1.5         // deviations, of Huber's loss

@@ -125,21 +125,12 @@ static bool is_turned(const place *p) {
   return p->yaw != 0 || p->pitch != 0 || p->roll != 0;
 }
 
-static vt_mat3 multiply(const vt_mat3 *a, const vt_mat3 *b) {
-  vt_mat3 out;
-  for (int i = 0; i < 9; i++) {
-    const double *row = a->m + 3 * (i / 3), *column = b->m + i % 3;
-    out.m[i] = row[0] * column[0] + row[1] * column[3] + row[2] * column[6];
-  }
-  return out;
-}
-
 static vt_mat3 turn_of(const place *p) { // about y, then x, then z of the camera
   double cy = cos(p->yaw), sy = sin(p->yaw), cx = cos(p->pitch), sx = sin(p->pitch), cz = cos(p->roll),
          sz = sin(p->roll);
   vt_mat3 yaw = {{cy, 0, sy, 0, 1, 0, -sy, 0, cy}}, pitch = {{1, 0, 0, 0, cx, -sx, 0, sx, cx}};
-  vt_mat3 roll = {{cz, -sz, 0, sz, cz, 0, 0, 0, 1}}, both = multiply(&pitch, &yaw);
-  return multiply(&roll, &both);
+  vt_mat3 roll = {{cz, -sz, 0, sz, cz, 0, 0, 0, 1}}, both = vt_mul_mat3(&pitch, &yaw);
+  return vt_mul_mat3(&roll, &both);
 }
 
 static vt_camera camera_at(const vt_synthetic_desc *desc, const place *p, double distance) {
@@ -148,7 +139,7 @@ static vt_camera camera_at(const vt_synthetic_desc *desc, const place *p, double
   if (!is_turned(p)) return camera;
   vt_mat3 turn = turn_of(p);
   camera.translation = vt_mul(&turn, camera.translation);
-  camera.rotation = multiply(&turn, &camera.rotation);
+  camera.rotation = vt_mul_mat3(&turn, &camera.rotation);
   return camera;
 }
 

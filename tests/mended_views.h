@@ -5,6 +5,7 @@
 
 #include "datasets-synthetic/synthetic.h"
 #include "reconstruct/reconstruct.h"
+#include "reconstruct/refine_cameras.h"
 #include "tests/unit.h"
 
 static inline vt_context *open_mending(int threads) {
@@ -28,6 +29,17 @@ static inline vt_views photograph_tree(vt_context *context, vt_synthetic_kind ki
 
 static inline void fails_never(vt_context *context, vt_status status) {
   if (status) fail_msg("%s", vt_last_error(context));
+}
+
+// Cameras turned by a degree and moved by a per cent, and refined once.
+static inline void damage_and_refine(vt_context *context, vt_views *views, vt_refine_report *report) {
+  vt_damage_desc damage = vt_default_damage_desc();
+  damage.pose_degrees = 1, damage.pose_share = 0.01;
+  fails_never(context, vt_damage_views(context, &damage, views));
+  vt_refine_desc desc = vt_default_refine_desc();
+  desc.mode = VT_REFINE_ON, desc.fold_count = 2, desc.rounds[0] = 1, desc.rounds[1] = 0;
+  desc.turn_deviation = 1, desc.shift_deviation = 0.01;
+  fails_never(context, vt_refine_views(context, &desc, views, report));
 }
 
 #endif

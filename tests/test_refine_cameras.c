@@ -157,14 +157,8 @@ static void any_number_of_threads_gives_the_same_cameras(void **state) {
   for (int t = 0; t < 3; t++) {
     vt_context *context = open_mending(thread_counts[t]);
     vt_views views = photograph_tree(context, VT_SYNTHETIC_BLOBS, 1, 8, 0, 48);
-    vt_damage_desc damage = vt_default_damage_desc();
-    damage.pose_degrees = 1, damage.pose_share = 0.01;
-    fails_never(context, vt_damage_views(context, &damage, &views));
-    vt_refine_desc desc = vt_default_refine_desc();
     vt_refine_report report;
-    desc.mode = VT_REFINE_ON, desc.fold_count = 2, desc.rounds[0] = 1, desc.rounds[1] = 0;
-    desc.turn_deviation = 1, desc.shift_deviation = 0.01;
-    fails_never(context, vt_refine_views(context, &desc, &views, &report));
+    damage_and_refine(context, &views, &report);
     assert_true(report.kept);
     if (!t) copy_cameras(&views, first);
     assert_true(same_cameras(&views, first));

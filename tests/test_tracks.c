@@ -172,14 +172,8 @@ static void refine_blobs(int threads, bool with_tracks, bool bad, vt_camera *out
   for (int i = 0; i < 8; i++) out[i] = views.items[i].camera;
   if (with_tracks) views.tracks = invent_tracks(context, out, 8, 150, 0.05, 0.05, 0);
   for (size_t k = 0; k < views.tracks.sight_count && bad; k++) views.tracks.sights[k].pixel[k % 2] = NAN;
-  vt_damage_desc damage = vt_default_damage_desc();
-  damage.pose_degrees = 1, damage.pose_share = 0.01;
-  fails_never(context, vt_damage_views(context, &damage, &views));
-  vt_refine_desc desc = vt_default_refine_desc();
   vt_refine_report report;
-  desc.mode = VT_REFINE_ON, desc.fold_count = 2, desc.rounds[0] = 1, desc.rounds[1] = 0;
-  desc.turn_deviation = 1, desc.shift_deviation = 0.01;
-  fails_never(context, vt_refine_views(context, &desc, &views, &report));
+  damage_and_refine(context, &views, &report);
   assert_true(report.kept && (report.sight_count > 0) == (with_tracks && !bad));
   for (int i = 0; i < 8; i++) out[i] = views.items[i].camera;
   vt_free_views(context, &views);
